@@ -1,0 +1,35 @@
+# Two commands do everything; both first install what is missing (scripts/setup.sh).
+
+# What `make run` simulates: full, less, sparse, bare or all.
+COVERAGE = sparse
+# Kinds of Blender that `make test` leaves out, where they cannot be had: blender, bpy.
+WITHOUT =
+
+.PHONY: help run test lint setup clean
+
+help: ## list the targets
+	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
+
+run: setup ## simulate a soil, from Blender to its emissivity curve
+	cargo run --release -- pipeline --coverage $(COVERAGE)
+
+setup: ## install what `make run` needs
+	@sh scripts/setup.sh run
+
+test: ## lint, and run every test, in Blender and in Python's bpy
+	@sh scripts/setup.sh test "$(WITHOUT)"
+	@$(MAKE) --no-print-directory lint
+	SOILSIG_TEST_BLENDER=$(if $(filter blender,$(WITHOUT)),none,$$(command -v blender)) \
+	SOILSIG_TEST_BPY=$(if $(filter bpy,$(WITHOUT)),none,$(CURDIR)/.venv/bin/python) \
+	cargo test --release
+	@$(if $(WITHOUT),echo 'NOT RUN: the tests in $(WITHOUT)')
+
+lint:
+	cargo fmt --check
+	cargo clippy --release --all-targets -- --deny warnings
+	.tools/bin/ruff check
+	.tools/bin/ruff format --check
+
+clean: ## remove what was built and installed here: target, .venv, .tools
+	cargo clean
+	rm -rf .venv .tools

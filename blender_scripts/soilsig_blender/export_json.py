@@ -1,0 +1,30 @@
+"""The placed scene and the report of the drop."""
+
+import json
+
+
+def write_scene(path, scene, packing, prototypes, drop):
+    """The scene as it came, its packing replaced by where everything lies."""
+    crop = packing["crop_um"]
+    placed = {
+        "prototypes": [
+            {"name": p.name, "file": "prototypes.obj", "object": p.name} for p in prototypes
+        ],
+        "instances": [
+            {"prototype": prototypes[p].name, "transform": pose[:3].ravel().tolist()}
+            for p, pose in zip(drop.prototype_of, drop.poses)
+        ],
+        "domain": {
+            "min_um": [crop, crop],
+            "max_um": [side - crop for side in packing["tray_um"]],
+            "sides": "mirror",
+            "floor": {"z_um": 0.0, "material": packing["floor_material"]},
+        },
+    }
+    write(path, {**scene, "geometry": {"placed": placed}})
+
+
+def write(path, content):
+    with open(path, "w", encoding="utf-8", newline="\n") as out:
+        json.dump(content, out, indent=1, ensure_ascii=False, allow_nan=False)
+        out.write("\n")

@@ -1,0 +1,146 @@
+"""Convex polyhedra as intersections of half-spaces.
+
+Being convex they are closed, face outward and cannot intersect themselves, and whether two of
+them touch is decided by their facet planes alone.
+"""
+
+from collections import defaultdict
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Polyhedron:
+    """Facet i lies on the plane normals[i] . x = offsets[i], its inside where that is less."""
+
+    normals: np.ndarray  # (F, 3), unit, outward
+    offsets: np.ndarray  # (F,)
+    vertices: np.ndarray  # (V, 3)
+    facets: tuple  # F index loops, counter-clockwise seen from outside
+    edges: np.ndarray  # (E, 3): the two facets that meet and one vertex of the edge
+
+    @cached_property
+    def triangles(self):
+        """Every facet as a fan: (T, 3) vertex indices."""
+        return np.array([(loop[0], b, c) for loop in self.facets for b, c in pairwise(loop[1:])])
+
+    @cached_property
+    def facet_areas_and_centroids(self):
+        areas, centroids = np.empty(len(self.facets)), np.empty((len(self.facets), 3))
+        for i, loop in enumerate(self.facets):
+            corners = self.vertices[list(loop)]
+            spokes = corners[1:] - corners[0]
+            fan = 0.5 * np.cross(spokes[:-1], spokes[1:]) @ self.normals[i]
+            thirds = corners[0] + (spokes[:-1] + spokes[1:]) / 3
+            areas[i] = fan.sum()
+            centroids[i] = fan @ thirds / areas[i] if areas[i] > 0 else corners.mean(axis=0)
+        return areas, centroids
+
+    @cached_property
+    def volume_and_centroid(self):
+        return volume_and_centroid(self.vertices, self.triangles)
+
+    def scaled(self, factors):
+        """Scaled along the axes by `factors` (one number, or three)."""
+        factors = np.broadcast_to(np.asarray(factors, float), 3)
+        normals = self.normals / factors
+        lengths = np.linalg.norm(normals, axis=1)
+        return Polyhedron(
+            normals / lengths[:, None],
+            self.offsets / lengths,
+            self.vertices * factors,
+            self.facets,
+            self.edges,
+        )
+
+    def moved(self, rotation, translation):
+        """Turned by `rotation` (3x3), then shifted."""
+        normals = self.normals @ rotation.T
+        return Polyhedron(
+            normals,
+            self.offsets + normals @ translation,
+            self.vertices @ rotation.T + translation,
+            self.facets,
+            self.edges,
+        )
+
+
+def volume_and_centroid(vertices, triangles):
+    """Of any closed surface of triangles; the volume is positive if it faces outward."""
+    a, b, c = (vertices[triangles[:, i]] for i in range(3))
+    sixths = np.einsum("ij,ij->i", a, np.cross(b, c))
+    return sixths.sum() / 6, sixths @ (a + b + c) / (4 * sixths.sum())
+
+
+def intersect(normals, offsets):
+    """The polyhedron of all x with normals . x <= offsets (all offsets positive, bounded).
+
+    Planes are cut off one by one. A vertex is known by the three planes that meet in it, so the
+    topology is exact whatever the rounding of its coordinates. Planes that cut nothing off, and
+    those whose facet later cuts remove, are left out.
+    """
+    box = 8 * offsets.max()
+    normals = np.vstack([np.eye(3), -np.eye(3), normals])
+    offsets = np.concatenate([np.full(6, box), offsets])
+    corners = {
+        key: np.linalg.solve(normals[list(key)], offsets[list(key)])
+        for key in ((x, y, z) for x in (0, 3) for y in (1, 4) for z in (2, 5))
+    }
+    for plane in range(6, len(normals)):
+        keys = list(corners)
+        outside = np.array(list(corners.values())) @ normals[plane] > offsets[plane]
+        if not outside.any():
+            continue
+        removed = {key for key, out in zip(keys, outside) if out}
+        ends = _edge_ends(keys)
+        for pair in (pair for key in sorted(removed) for pair in _pairs(key)):
+            kept = [key for key in ends[pair] if key not in removed]
+            if len(kept) == 1:
+                key = (*pair, plane)
+                corners[key] = np.linalg.solve(normals[list(key)], offsets[list(key)])
+        for key in removed:
+            del corners[key]
+    return _assemble(normals, offsets, corners)
+
+
+def _pairs(key):
+    p, q, r = key
+    return (p, q), (p, r), (q, r)
+
+
+def _edge_ends(keys):
+    ends = defaultdict(list)
+    for key in keys:
+        for pair in _pairs(key):
+            ends[pair].append(key)
+    return ends
+
+
+def _assemble(normals, offsets, corners):
+    keys = sorted(corners)
+    if min(keys)[0] < 6:
+        raise ValueError("the planes do not bound a body")
+    index = {key: i for i, key in enumerate(keys)}
+    vertices = np.array([corners[key] for key in keys])
+    following = defaultdict(dict)  # facet -> vertex -> next vertex
+    edges = []
+    for (p, q), (a, b) in sorted(_edge_ends(keys).items()):
+        a, b = index[a], index[b]
+        if np.cross(normals[p], normals[q]) @ (vertices[b] - vertices[a]) < 0:
+            a, b = b, a
+        following[p][a] = b
+        following[q][b] = a
+        edges.append((p, q, a))
+    used = sorted(following)
+    facets = []
+    for p in used:
+        loop = [min(following[p])]
+        while (after := following[p][loop[-1]]) != loop[0]:
+            loop.append(after)
+        facets.append(tuple(loop))
+    rank = {p: i for i, p in enumerate(used)}
+    edges = np.array([(rank[p], rank[q], a) for p, q, a in edges])
+    return Polyhedron(normals[used], offsets[used], vertices, tuple(facets), edges)

@@ -1,0 +1,149 @@
+"""Dusty grains ready to be instanced: a grain and its fines about their common centre of mass."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .dust import Dust, FineClass, dress, seated_on_base
+from .hull import reduced_hull
+from .polyhedron import Polyhedron, volume_and_centroid
+from .randomness import stream
+from .shapes import SHAPES, bounding_sides, model
+
+# Different fines of one class; each is seated many times, turned at random.
+_FINE_BODIES = 4
+# The outline reaches as far as the dusty grain in every direction to this share of the diameter.
+_OUTLINE_SHARE = 1e-3
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Triangles of one material."""
+
+    material: str
+    vertices: np.ndarray
+    triangles: np.ndarray
+
+
+@dataclass(frozen=True)
+class Prototype:
+    """A dusty grain, micrometres, its centre of mass at the origin."""
+
+    name: str
+    grain_class: dict
+    grain: Polyhedron
+    dust: Dust
+    fines: tuple
+    core: Surface
+    coats: tuple  # Surfaces of the fines, one for each material
+    volume_um3: float
+    outline: np.ndarray  # (N, 3) the points its convex hull needs
+
+    @property
+    def surfaces(self):
+        return (self.core, *self.coats)
+
+    @property
+    def triangle_count(self):
+        return sum(len(surface.triangles) for surface in self.surfaces)
+
+
+def model_fines(packing):
+    """The fine classes of a recipe with their shapes."""
+    return tuple(
+        FineClass(
+            fine["name"],
+            fine["diameter_um"],
+            fine["material"],
+            fine["share"],
+            tuple(
+                seated_on_base(
+                    model(
+                        SHAPES[fine["shape"]],
+                        fine["diameter_um"],
+                        stream(packing["seed"], "shape", fine["name"], i),
+                    )
+                )
+                for i in range(_FINE_BODIES)
+            ),
+        )
+        for fine in packing["fines"]
+    )
+
+
+def variants(packing):
+    """Grain class and variant of every prototype; a class has no more variants than grains."""
+    return [
+        (grain, variant)
+        for grain in packing["grains"]
+        for variant in range(min(packing["variants"], grain["count"]))
+    ]
+
+
+def build(grain_class, variant, fines, seed) -> Prototype:
+    """Models one variant of a grain class and dresses it."""
+    name = f"{grain_class['name']}_{variant}"
+    shape = SHAPES[grain_class["shape"]]
+    rng = stream(seed, "shape", grain_class["name"], variant)
+    grain = model(shape, grain_class["diameter_um"], rng)
+    dust = dress(grain, fines, grain_class["fines"], seed, name)
+    core = Surface(grain_class["material"], grain.vertices, grain.triangles)
+    coats = _coats(fines, dust)
+    parts = [volume_and_centroid(s.vertices, s.triangles) for s in (core, *coats)]
+    volume = sum(v for v, _ in parts)
+    centre = sum(v * c for v, c in parts) / volume
+
+    def centred(surface):
+        return Surface(surface.material, surface.vertices - centre, surface.triangles)
+
+    moved = Dust(dust.kind, dust.body, dust.rotation, dust.position - centre, dust.layer)
+    surfaces = (centred(core), *map(centred, coats))
+    points = np.vstack([surface.vertices for surface in surfaces])
+    return Prototype(
+        name,
+        grain_class,
+        grain.moved(np.eye(3), -centre),
+        moved,
+        fines,
+        surfaces[0],
+        surfaces[1:],
+        volume,
+        reduced_hull(points, _OUTLINE_SHARE * grain_class["diameter_um"]),
+    )
+
+
+def _coats(fines, dust):
+    coats = []
+    for material in dict.fromkeys(fine.material for fine in fines):
+        vertices, triangles, count = [], [], 0
+        for i in range(len(dust)):
+            fine = fines[dust.kind[i]]
+            if fine.material != material:
+                continue
+            body = fine.bodies[dust.body[i]]
+            vertices.append(body.vertices @ dust.rotation[i].T + dust.position[i])
+            triangles.append(body.triangles + count)
+            count += len(body.vertices)
+        if count:
+            coats.append(Surface(material, np.vstack(vertices), np.vstack(triangles)))
+    return tuple(coats)
+
+
+def describe(prototype):
+    """The prototype's entry in drop.json."""
+    grain_class, shape = prototype.grain_class, SHAPES[prototype.grain_class["shape"]]
+    sides = bounding_sides(prototype.grain)
+    kinds = np.bincount(prototype.dust.kind, minlength=len(prototype.fines))
+    return {
+        "name": prototype.name,
+        "class": grain_class["name"],
+        "shape": grain_class["shape"],
+        "diameter_um": grain_class["diameter_um"],
+        "volume_um3": prototype.volume_um3,
+        "triangles": prototype.triangle_count,
+        "fines_asked": grain_class["fines"],
+        "fines": {fine.name: int(n) for fine, n in zip(prototype.fines, kinds)},
+        "layers": np.bincount(prototype.dust.layer)[1:].tolist(),
+        "elongation": {"asked": shape.elongation, "reached": sides[1] / sides[0]},
+        "flatness": {"asked": shape.flatness, "reached": sides[2] / sides[1]},
+    }

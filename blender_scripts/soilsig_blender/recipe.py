@@ -1,0 +1,172 @@
+"""Reading the scene file: what of it Blender needs, checked key by key."""
+
+import json
+import math
+import re
+
+from .errors import BedError, RecipeError
+from .shapes import SHAPES
+
+# Blender cuts longer names off; white space and '#' would break the .obj.
+_NAME = re.compile(r"[^\s#]{1,40}")
+
+
+def load(path):
+    """The whole scene and its packing, or an error that names the key."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            scene = json.load(file)
+    except OSError as error:
+        raise BedError(
+            "scene", f"{path}: {error.strerror}", "give a scene file with --scene"
+        ) from error
+    except ValueError as error:
+        raise BedError("scene", f"{path} is not JSON: {error}", "mend the file there") from error
+    version = scene.get("soilsig_scene") if isinstance(scene, dict) else None
+    if version != 1:
+        raise RecipeError(
+            "soilsig_scene", f"is {version!r}, not 1", "give a scene file of version 1"
+        )
+    geometry = scene.get("geometry")
+    if not isinstance(geometry, dict) or set(geometry) != {"packing"}:
+        raise RecipeError(
+            "geometry", "holds no packing", "a placed scene needs no Blender: trace it as it is"
+        )
+    materials = {m.get("name") for m in scene.get("materials", []) if isinstance(m, dict)}
+    packing = geometry["packing"]
+    _check_packing(packing, materials)
+    return scene, packing
+
+
+def _check_packing(packing, materials):
+    where = "geometry.packing"
+    keys = "seed grains fines variants tray_um crop_um floor_material drop"
+    _keys(packing, where, keys)
+    _integer(packing, where, "seed", 0)
+    _integer(packing, where, "variants", 1, 1000)
+    _number(packing, where, "crop_um", 0)
+    _one_of(packing, where, "floor_material", materials)
+    for i, grain in enumerate(_list(packing, where, "grains")):
+        at = f"{where}.grains[{i}]"
+        _keys(grain, at, "name shape diameter_um material count fines")
+        _common(grain, at, materials)
+        _integer(grain, at, "count", 0, 100_000)
+        _integer(grain, at, "fines", 0, 100_000)
+        if grain["fines"] and not packing["fines"]:
+            raise RecipeError(
+                f"{at}.fines",
+                f"is {grain['fines']}, but there is no class of fines",
+                f"describe them in {where}.fines, or ask for 0",
+            )
+    if sum(grain["count"] for grain in packing["grains"]) == 0:
+        raise RecipeError(f"{where}.grains", "has no grain to drop", "raise a count")
+    for i, fine in enumerate(_list(packing, where, "fines")):
+        at = f"{where}.fines[{i}]"
+        _keys(fine, at, "name shape diameter_um material share")
+        _common(fine, at, materials)
+        _number(fine, at, "share", 0)
+    shares = sum(fine["share"] for fine in packing["fines"])
+    if packing["fines"] and abs(shares - 1) > 1e-6:
+        raise RecipeError(
+            f"{where}.fines", f"has shares that add up to {shares:g}", "make them add up to 1"
+        )
+    _check_names(packing, where)
+    _check_tray(packing, where)
+    _keys(packing["drop"], f"{where}.drop", "substeps iterations max_frames")
+    for key, most in (("substeps", 32767), ("iterations", 1000), ("max_frames", 100000)):
+        _integer(packing["drop"], f"{where}.drop", key, 1, most)
+
+
+def _check_names(packing, where):
+    seen = {}
+    names = [
+        (f"{where}.{kind}[{i}].name", c["name"])
+        for kind in ("grains", "fines")
+        for i, c in enumerate(packing[kind])
+    ]
+    variants = [
+        (at, f"{name}_{v}")
+        for at, name in names
+        if ".grains" in at
+        for v in range(packing["variants"])
+    ]
+    for at, name in names + variants:
+        if seen.setdefault(name, at) != at:
+            raise RecipeError(
+                at, f"makes the name {name!r}, as {seen[name]} does", "rename one of them"
+            )
+
+
+def _check_tray(packing, where):
+    tray = packing["tray_um"]
+    if not (isinstance(tray, list) and len(tray) == 2 and all(map(_is_number, tray))):
+        raise RecipeError(
+            f"{where}.tray_um", "is not a pair of lengths", "give [x, y] in micrometres"
+        )
+    widest = max(grain["diameter_um"] for grain in packing["grains"] if grain["count"])
+    if min(tray) < widest:
+        raise RecipeError(
+            f"{where}.tray_um",
+            f"is {tray[0]:g} x {tray[1]:g}, smaller than a grain of {widest:g}",
+            "widen the tray",
+        )
+    if 2 * packing["crop_um"] >= min(tray):
+        raise RecipeError(
+            f"{where}.crop_um",
+            f"of {packing['crop_um']:g} on both sides leaves nothing of the tray",
+            "crop less",
+        )
+
+
+def _common(entry, at, materials):
+    name = entry["name"]
+    if not (isinstance(name, str) and _NAME.fullmatch(name)):
+        raise RecipeError(
+            f"{at}.name", f"is {name!r}", "give up to 40 characters without white space or '#'"
+        )
+    _one_of(entry, at, "shape", SHAPES)
+    _one_of(entry, at, "material", materials)
+    _number(entry, at, "diameter_um", 0)
+    if entry["diameter_um"] == 0:
+        raise RecipeError(f"{at}.diameter_um", "is 0", "give a length above 0")
+
+
+def _keys(entry, at, expected):
+    if not isinstance(entry, dict):
+        raise RecipeError(at, "is not an object", "see `soilsig schema scene`")
+    expected = expected.split()
+    for key in sorted(set(entry) - set(expected)):
+        raise RecipeError(f"{at}.{key}", "is not a known key", f"known are {', '.join(expected)}")
+    for key in expected:
+        if key not in entry:
+            raise RecipeError(f"{at}.{key}", "is missing", "see `soilsig schema scene`")
+
+
+def _list(entry, at, key):
+    if not isinstance(entry[key], list):
+        raise RecipeError(f"{at}.{key}", "is not a list", "see `soilsig schema scene`")
+    return entry[key]
+
+
+def _one_of(entry, at, key, known):
+    if not (isinstance(entry[key], str) and entry[key] in known):
+        raise RecipeError(
+            f"{at}.{key}", f"is {entry[key]!r}", f"known are {', '.join(sorted(map(str, known)))}"
+        )
+
+
+def _is_number(value):
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _number(entry, at, key, least):
+    if not _is_number(entry[key]) or entry[key] < least:
+        raise RecipeError(f"{at}.{key}", f"is {entry[key]!r}", f"give a number of at least {least}")
+
+
+def _integer(entry, at, key, least, most=2**53):
+    value = entry[key]
+    if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
+        raise RecipeError(
+            f"{at}.{key}", f"is {value!r}", f"give a whole number from {least} to {most}"
+        )

@@ -1,0 +1,119 @@
+#!/bin/sh
+# Installs what soilsig needs and this machine lacks; what it may not install it names in one line.
+#
+#   scripts/setup.sh run              a compiler, Rust, and a Blender with numpy
+#   scripts/setup.sh test [WITHOUT]   both kinds of Blender and a linter for the scripts besides;
+#                                     WITHOUT names kinds to leave out: blender, bpy
+set -eu
+cd "$(dirname "$0")/.."
+goal=$1
+without=${2:-}
+
+bpy='bpy==4.5.15'
+bpy_python='sys.version_info[:2] == (3, 11)'
+bpy_libraries='libx11-6 libxrender1 libxfixes3 libxi6 libxkbcommon0 libxext6 libsm6 libice6 libgl1'
+ruff='ruff==0.17.6'
+
+say() { printf 'setup: %s\n' "$*" >&2; }
+stop() { say "$*"; exit 1; }
+have() { command -v "$1" >/dev/null 2>&1; }
+
+check_rust() {
+    have cc || stop 'no C compiler: install one (on Debian: apt install build-essential)'
+    have cargo || stop 'no Rust: install it from rustup.rs'
+    needed=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
+    found=$(cargo --version | cut -d ' ' -f 2)
+    oldest=$(printf '%s\n' "$needed" "$found" | sort -V | head -n 1)
+    [ "$oldest" = "$needed" ] ||
+        stop "Rust $found is too old: $needed or newer is needed (rustup update, see rustup.rs)"
+    [ "$goal" = run ] || { cargo fmt --version && cargo clippy --version; } >/dev/null 2>&1 ||
+        stop 'no rustfmt or no clippy: rustup component add rustfmt clippy'
+}
+
+# soilsig itself knows best which Blender will do.
+will_do() { cargo run --quiet --release -- doctor "$@" >/dev/null 2>&1; }
+
+may_apt() {
+    have apt-get || return
+    as_root=
+    [ "$(id -u)" = 0 ] || { as_root='sudo -n' && sudo -n true 2>/dev/null; }
+}
+
+apt_install() {
+    may_apt || return
+    say "installing by apt-get: $*"
+    [ -n "${is_apt_fresh:-}" ] || $as_root apt-get -qq update >&2 || return
+    is_apt_fresh=yes
+    $as_root env DEBIAN_FRONTEND=noninteractive \
+        apt-get -qq install --no-install-recommends "$@" >&2
+}
+
+# A Blender that is there lacks at most its numpy.
+install_blender() {
+    if have blender; then apt_install python3-numpy; else apt_install blender python3-numpy; fi
+}
+
+# make_venv FOLDER CONDITION PACKAGE: a virtual environment by a Python that fulfils a condition;
+# PACKAGE is Debian's, for want of one.
+make_venv() {
+    "$1/bin/python" -m pip --version >/dev/null 2>&1 && return
+    find_python "$2" || { apt_install "$3" && find_python "$2"; } || return
+    "$python" -m venv "$1"
+}
+
+find_python() {
+    for python in python3.11 /usr/bin/python3.11 python3 /usr/bin/python3; do
+        "$python" -c "import ensurepip, sys; sys.exit(not ($1))" 2>/dev/null && return
+    done
+    return 1
+}
+
+pip_install() {
+    say "installing into $1: $2"
+    "$1/bin/python" -m pip --disable-pip-version-check install --quiet "$2"
+}
+
+# Where it fails, $lacks says for want of what.
+install_bpy() {
+    lacks='Python 3.11 with venv (on Debian 12: apt install python3.11-venv)'
+    make_venv .venv "$bpy_python" python3.11-venv || return
+    lacks='Python 3.11, and the .venv that is there has another'
+    .venv/bin/python -c "import sys; sys.exit(not ($bpy_python))" || return
+    lacks='a download by pip, which failed'
+    pip_install .venv "$bpy" || return
+    lacks="libraries (on Debian: apt install $bpy_libraries)"
+    will_do --blender .venv/bin/python || apt_install $bpy_libraries
+}
+
+setup_to_run() {
+    will_do && return
+    [ -z "${SOILSIG_BLENDER:-}" ] ||
+        stop "SOILSIG_BLENDER names no Blender that will do: $SOILSIG_BLENDER (soilsig doctor tells why)"
+    install_blender && will_do && return
+    install_bpy && will_do && return
+    stop "no Blender: install one (on Debian: apt install blender python3-numpy); bpy needs $lacks"
+}
+
+is_left_out() {
+    case " $without " in *" $1 "*) return 0 ;; *) return 1 ;; esac
+}
+
+setup_to_test() {
+    is_left_out blender || will_do --blender blender ||
+        { install_blender && will_do --blender blender; } ||
+        stop 'no Blender to test with: apt install blender python3-numpy, or make test WITHOUT=blender'
+    is_left_out bpy || will_do --blender .venv/bin/python ||
+        { install_bpy && will_do --blender .venv/bin/python; } ||
+        stop "no $bpy to test with, it needs $lacks; or make test WITHOUT=bpy"
+    [ "$(.tools/bin/ruff --version 2>/dev/null)" = "$(echo $ruff | sed 's/==/ /')" ] ||
+        { make_venv .tools True python3-venv && pip_install .tools "$ruff"; } ||
+        stop "no $ruff in .tools: it needs a Python with venv (on Debian: apt install python3-venv)"
+}
+
+case $goal in
+run | test) ;;
+*) stop "no such goal: $goal" ;;
+esac
+check_rust
+cargo build --release
+"setup_to_$goal"

@@ -1,0 +1,64 @@
+//! The one place that speaks to Blender: finds it, runs the scripts of `blender_scripts/` in it and
+//! turns whatever goes wrong into one clear error.
+//!
+//! Blender is either its executable or a Python that can import `bpy`; both run the same scripts.
+//! A script reports by JSON lines ([`Event`]); all else that Blender says goes into a log.
+
+mod error;
+mod event;
+mod find;
+mod known;
+mod probe;
+mod process;
+mod run;
+mod scripts;
+mod version;
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+pub use error::BlenderError;
+pub use event::{Event, Trouble};
+pub use find::{Attempt, Outcome, Search, VARIABLE, find};
+pub use run::{Finished, Job};
+pub use scripts::SCRIPTS;
+pub use version::Version;
+
+/// How a Blender is started.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// The `blender` executable.
+    Executable,
+    /// A Python interpreter that can import `bpy`.
+    PythonModule,
+}
+
+/// A Blender that will do: of a supported version, with numpy in its Python.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Blender {
+    /// How it is started.
+    pub kind: Kind,
+    /// The executable, or the Python interpreter.
+    pub path: PathBuf,
+    /// Blender's version.
+    pub version: Version,
+    /// The version of the Python inside, such as `3.11.2`.
+    pub python: String,
+    /// The version of its numpy, such as `1.24.2`.
+    pub numpy: String,
+}
+
+impl Blender {
+    /// What to tell the user before relying on this Blender, if anything.
+    pub fn warning(&self) -> Option<String> {
+        (!self.version.is_tested()).then(|| {
+            format!(
+                "Blender {} is not among the tested versions ({})",
+                self.version,
+                Version::tested_list()
+            )
+        })
+    }
+}

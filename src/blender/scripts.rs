@@ -1,0 +1,67 @@
+//! The scripts of `blender_scripts/`, carried inside the binary and unpacked for a run.
+
+use std::path::Path;
+
+use crate::output::{self, OutputError};
+
+macro_rules! scripts {
+    ($($path:literal),* $(,)?) => {
+        &[$(($path, include_str!(concat!("../../blender_scripts/", $path)))),*]
+    };
+}
+
+/// Every script: its path below `blender_scripts/` and its text.
+pub const SCRIPTS: &[(&str, &str)] = scripts![
+    "drop.py",
+    "probe.py",
+    "soilsig_blender/bed.py",
+    "soilsig_blender/blend_addresses.py",
+    "soilsig_blender/checks.py",
+    "soilsig_blender/dust.py",
+    "soilsig_blender/errors.py",
+    "soilsig_blender/export_blender.py",
+    "soilsig_blender/export_json.py",
+    "soilsig_blender/export_obj.py",
+    "soilsig_blender/files.py",
+    "soilsig_blender/hull.py",
+    "soilsig_blender/make_bed.py",
+    "soilsig_blender/pieces.py",
+    "soilsig_blender/polyhedron.py",
+    "soilsig_blender/progress.py",
+    "soilsig_blender/prototype.py",
+    "soilsig_blender/randomness.py",
+    "soilsig_blender/recipe.py",
+    "soilsig_blender/settle.py",
+    "soilsig_blender/shapes.py",
+];
+
+/// Writes all scripts into a folder.
+pub(super) fn unpack(folder: &Path) -> Result<(), OutputError> {
+    SCRIPTS.iter().try_for_each(|(path, text)| output::bytes(&folder.join(path), text.as_bytes()))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::path::{Path, PathBuf};
+
+    use super::SCRIPTS;
+
+    fn python_files(folder: &Path) -> Vec<PathBuf> {
+        let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        entries
+            .flat_map(|path| if path.is_dir() { python_files(&path) } else { vec![path] })
+            .filter(|path| path.extension().is_some_and(|extension| extension == "py"))
+            .collect()
+    }
+
+    #[test]
+    fn the_binary_carries_exactly_the_scripts_of_the_folder() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("blender_scripts");
+        let mut there = python_files(&folder);
+        there.sort();
+        let mut carried: Vec<_> = SCRIPTS.iter().map(|(path, _)| folder.join(path)).collect();
+        carried.sort();
+        assert_eq!(carried, there);
+    }
+}

@@ -1,0 +1,19 @@
+//! `soilsig completions`: for shells.
+
+use clap::CommandFactory as _;
+use clap_complete::Shell;
+
+use super::{Cli, print};
+
+/// Prints completions for a shell
+#[derive(clap::Args)]
+pub struct Args {
+    /// Shell
+    shell: Shell,
+}
+
+pub fn run(args: &Args) {
+    let mut text = Vec::new();
+    clap_complete::generate(args.shell, &mut Cli::command(), "soilsig", &mut text);
+    print(&String::from_utf8_lossy(&text));
+}

@@ -1,0 +1,139 @@
+//! The command line: one file for each subcommand, and what they share.
+
+mod completions;
+mod doctor;
+mod pipeline;
+mod replay;
+mod schema;
+mod signature;
+mod trace;
+
+use std::io::Write as _;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+use soilsig::cache::Cache;
+use soilsig::error::{Error, Status};
+use soilsig::interrupt;
+use soilsig::signature::Grid;
+
+/// Thermal-infrared signatures of soil from the geometry of its grains
+#[derive(Parser)]
+#[command(version, about)]
+struct Cli {
+    /// Threads to use; the result does not depend on it [default: all cores]
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Pipeline(pipeline::Args),
+    Trace(trace::Args),
+    Signature(signature::Args),
+    Replay(replay::Args),
+    Doctor(doctor::Args),
+    Schema(schema::Args),
+    Completions(completions::Args),
+}
+
+/// The bands of a signature.
+#[derive(Args)]
+struct Bands {
+    /// Wavelengths, um; the spectra must cover them
+    #[arg(long, value_name = "FROM-TO", default_value = "7.5-14", value_parser = range)]
+    range: (f64, f64),
+    /// Distance of the bands, um
+    #[arg(long, value_name = "UM", default_value_t = 0.01)]
+    step: f64,
+}
+
+impl Bands {
+    fn grid(&self) -> Grid {
+        Grid::new(self.range.0, self.range.1, self.step).unwrap_or_else(|problem| usage(&problem))
+    }
+}
+
+/// When a trace is enough.
+#[derive(Args)]
+struct Enough {
+    /// Half-width of the 95 % interval in emissivity that every band is to reach
+    #[arg(long, value_name = "X", default_value_t = 0.005, value_parser = tolerance)]
+    tolerance: f64,
+    /// Most paths to trace; if they do not suffice the result is written and the exit status is 4
+    #[arg(long, value_name = "N", default_value_t = 1 << 26,
+          value_parser = clap::value_parser!(u64).range(2..))]
+    max_paths: u64,
+}
+
+fn range(text: &str) -> Result<(f64, f64), String> {
+    let (from, to) = text.split_once('-').ok_or("write FROM-TO, as in 7.5-14")?;
+    let number = |text: &str| text.trim().parse::<f64>().map_err(|e| format!("{text:?}: {e}"));
+    Ok((number(from)?, number(to)?))
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x > 0.0 && x < 1.0 => Ok(x),
+        _ => Err("it must be above 0 and below 1".into()),
+    }
+}
+
+/// Ends the program as clap does on a wrong command line.
+fn usage(problem: &str) -> ! {
+    use clap::CommandFactory as _;
+    Cli::command().error(clap::error::ErrorKind::ValueValidation, problem).exit()
+}
+
+/// Prints to standard output; whoever closes the pipe has read enough.
+fn print(text: &str) {
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}
+
+/// Runs the program.
+pub fn run() -> ExitCode {
+    let cli = Cli::parse();
+    interrupt::install();
+    if let Some(threads) = cli.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.into())
+            .build_global()
+            .expect("the pool is built once");
+    }
+    let cache = Cache::of_user();
+    let result = match &cli.command {
+        Command::Pipeline(args) => pipeline::run(args, &cache),
+        Command::Trace(args) => trace::run(args),
+        Command::Signature(args) => signature::run(args).map(|()| None),
+        Command::Replay(args) => replay::run(args),
+        Command::Doctor(args) => doctor::run(args, cache.root()).map(|()| None),
+        Command::Schema(args) => {
+            schema::run(args);
+            Ok(None)
+        }
+        Command::Completions(args) => {
+            completions::run(args);
+            Ok(None)
+        }
+    };
+    match result {
+        Ok(None) => ExitCode::SUCCESS,
+        Ok(Some(status)) => ExitCode::from(status as u8),
+        Err(error) => {
+            report(&error);
+            ExitCode::from(error.status() as u8)
+        }
+    }
+}
+
+/// A result that was written but is not all that was asked for has a status of its own.
+type Outcome = Result<Option<Status>, Error>;
+
+fn report(error: &Error) {
+    eprintln!("error: {error}");
+    if let Some(hint) = error.hint() {
+        eprintln!("  hint: {hint}");
+    }
+}

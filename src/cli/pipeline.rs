@@ -1,0 +1,91 @@
+//! `soilsig pipeline`: from Blender to the emissivity curve.
+
+use std::path::PathBuf;
+
+use soilsig::cache::Cache;
+use soilsig::error::Status;
+use soilsig::pipeline::{self, Options, Source};
+use soilsig::report;
+
+use super::{Bands, Enough, Outcome, print};
+
+/// Models and drops the grains in Blender, traces the bed, writes its signature
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    scene: Which,
+    /// Folder for the result [default: out/COVERAGE or out/NAME-OF-THE-SCENE-FILE]
+    #[arg(long, short, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// Seed of shapes, dust, drop and rays, in place of the scene's
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    #[command(flatten)]
+    enough: Enough,
+    #[command(flatten)]
+    bands: Bands,
+    /// Export the settled patch as one flat .obj too
+    #[arg(long)]
+    patch_obj: bool,
+    /// Blender to use: its executable, or a Python that can import bpy
+    #[arg(long, value_name = "PATH")]
+    blender: Option<PathBuf>,
+    /// Longest that Blender may take, seconds
+    #[arg(long, value_name = "S", default_value_t = 600)]
+    blender_timeout: u64,
+    /// Make everything anew
+    #[arg(long)]
+    no_cache: bool,
+    /// Print the record of the run (run.json) on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(clap::Args)]
+#[group(required = true, multiple = false)]
+struct Which {
+    /// Shipped scene: full, less, sparse, bare, or all of them in one chart
+    #[arg(long, value_name = "COVERAGE")]
+    coverage: Option<String>,
+    /// Scene file of your own, packing or placed
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+}
+
+pub fn run(args: &Args, cache: &Cache) -> Outcome {
+    let (source, name) = match (&args.scene.coverage, &args.scene.scene) {
+        (Some(coverage), _) => (Source::Coverage(coverage.clone()), coverage.clone()),
+        (None, Some(path)) => {
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            (Source::Scene(std::path::absolute(path).unwrap_or(path.clone())), stem.into_owned())
+        }
+        (None, None) => unreachable!("clap asks for one of them"),
+    };
+    let options = Options {
+        source,
+        seed: args.seed,
+        tolerance: args.enough.tolerance,
+        max_paths: args.enough.max_paths,
+        grid: args.bands.grid(),
+        patch_obj: args.patch_obj,
+        blender: args.blender.clone(),
+        blender_timeout_s: args.blender_timeout,
+    };
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(name));
+    let command = std::env::args().collect();
+    let record = if args.no_cache {
+        let folder = tempfile::tempdir().map_err(|source| soilsig::output::OutputError {
+            path: std::env::temp_dir(),
+            source,
+        })?;
+        pipeline::run(&options, command, &out, &Cache::new(folder.path().to_owned()))?
+    } else {
+        pipeline::run(&options, command, &out, cache)?
+    };
+    if args.json {
+        print(&format!("{}\n", serde_json::to_string_pretty(&record).expect("plain data")));
+    } else {
+        print(&report::words(&record, &out));
+    }
+    Ok((!record.tolerance_reached()).then_some(Status::ToleranceNotReached))
+}

@@ -1,0 +1,81 @@
+//! `soilsig replay`: a run again, and what came out differently.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use soilsig::cache::Cache;
+use soilsig::error::Status;
+use soilsig::output::{self, OutputError};
+use soilsig::pipeline;
+use soilsig::record::Record;
+
+use super::{Outcome, print};
+
+/// Runs a recorded run again, all of it, and compares the results byte for byte
+#[derive(clap::Args)]
+pub struct Args {
+    /// The run.json of the run
+    record: PathBuf,
+    /// Keep the new result in this folder
+    #[arg(long, short, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+}
+
+pub fn run(args: &Args) -> Outcome {
+    let before = Record::read(&args.record)?;
+    let scratch =
+        tempfile::tempdir().map_err(|source| OutputError { path: std::env::temp_dir(), source })?;
+    let cache = Cache::new(scratch.path().join("cache"));
+    let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));
+    for (path, sum) in &before.inputs {
+        if output::sha256_hex(Path::new(path))? != *sum {
+            print(&format!("input changed since: {path}\n"));
+        }
+    }
+    let after = pipeline::run(&before.options, std::env::args().collect(), &out, &cache)?;
+    for (name, version) in &before.versions {
+        if after.versions.get(name) != Some(version) {
+            let now = after.versions.get(name).map_or("none", String::as_str);
+            print(&format!("version of {name}: {version} then, {now} now\n"));
+        }
+    }
+    let folder = args.record.parent().unwrap_or(Path::new(""));
+    let mut differ = false;
+    for (file, then) in &before.outputs {
+        let verdict = match after.outputs.get(file) {
+            None => "missing now".into(),
+            Some(now) if now.sha256 == then.sha256 => "the same".into(),
+            Some(now) => {
+                differ |= now.reproducible;
+                let difference = difference(&folder.join(file), &out.join(file));
+                let expected = if now.reproducible { "" } else { " (not counted: it tells times)" };
+                format!("differs{expected}: {difference}")
+            }
+        };
+        differ |= !after.outputs.contains_key(file);
+        print(&format!("{file}: {verdict}\n"));
+    }
+    if let Some(out) = &args.out {
+        print(&format!("the new result is in {}\n", out.display()));
+    }
+    Ok(differ.then_some(Status::ReplayDiffers))
+}
+
+/// Where two files differ, in words.
+fn difference(then: &Path, now: &Path) -> String {
+    let (Ok(then), Ok(now)) = (fs::read(then), fs::read(now)) else {
+        return "the old file is not at hand; its SHA-256 is another".into();
+    };
+    let first = then.iter().zip(&now).position(|(a, b)| a != b);
+    let bytes = then.iter().zip(&now).filter(|(a, b)| a != b).count();
+    let lengths = if then.len() == now.len() {
+        String::new()
+    } else {
+        format!(", {} bytes then and {} now", then.len(), now.len())
+    };
+    match first {
+        Some(at) => format!("{bytes} bytes, the first at {at}{lengths}"),
+        None if lengths.is_empty() => "the old file was changed since it was recorded".into(),
+        None => format!("one goes on longer{lengths}"),
+    }
+}

@@ -1,0 +1,88 @@
+//! `soilsig signature`: a bounce table into emissivity and radiance.
+
+use std::path::{Path, PathBuf};
+
+use soilsig::error::Error;
+use soilsig::scene::SpectrumSource;
+use soilsig::spectrum::Spectrum;
+use soilsig::table::{Table, Z_95};
+use soilsig::{output, plot, signature};
+
+use super::{Bands, print, usage};
+
+/// Evaluates a bounce table: emissivity and radiance by band, without tracing again
+#[derive(clap::Args)]
+pub struct Args {
+    /// Bounce table of `soilsig trace`
+    table: PathBuf,
+    /// CSV file to write; standard output without it
+    #[arg(long, short, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Chart to write as well: a .svg or .png file
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// Another spectrum for a material: a shipped one's name, a CSV file or a number
+    #[arg(long = "spectrum", value_name = "MATERIAL=SPECTRUM")]
+    spectra: Vec<String>,
+    /// Another temperature of the scene, K
+    #[arg(long, value_name = "K")]
+    temperature: Option<f64>,
+    #[command(flatten)]
+    bands: Bands,
+}
+
+pub fn run(args: &Args) -> Result<(), Error> {
+    let mut table = Table::read(&args.table)?;
+    for given in &args.spectra {
+        let Some((name, text)) = given.split_once('=') else {
+            usage(&format!("{given:?}: write MATERIAL=SPECTRUM"));
+        };
+        let names: Vec<String> = table.materials.iter().map(|m| m.name.clone()).collect();
+        let Some(material) = table.materials.iter_mut().find(|m| m.name == name) else {
+            usage(&format!("the table has no material {name:?}, but {}", names.join(", ")));
+        };
+        material.spectrum = Spectrum::resolve(&source(text), Path::new(""))?;
+    }
+    if let Some(temperature_k) = args.temperature {
+        if !(temperature_k.is_finite() && temperature_k > 0.0) {
+            usage(&format!("a temperature of {temperature_k} K is not above 0"));
+        }
+        table.temperature_k = temperature_k;
+    }
+    let wavelengths_um = args.bands.grid().wavelengths_um();
+    let bands = signature::evaluate(&table, &wavelengths_um)?;
+    match &args.out {
+        Some(path) => signature::write_csv(&bands, path)?,
+        None => print(&signature::csv_text(&bands)),
+    }
+    if let Some(path) = &args.plot {
+        let svg = plot::emissivity_svg(&plot::Chart {
+            title: table.scene.clone(),
+            caption: vec![format!(
+                "{} paths; the bands are the noise of the rays on one packing (±{Z_95:.2} standard errors)",
+                table.paths
+            )],
+            curves: vec![plot::Curve::of(&table.scene, &bands)],
+            mark_features: true,
+        })?;
+        if path.extension().is_some_and(|ext| ext.eq_ignore_ascii_case("svg")) {
+            output::bytes(path, svg.as_bytes())?;
+        } else {
+            output::bytes(path, &plot::png(&svg, 2.0)?)?;
+        }
+    }
+    Ok(())
+}
+
+fn source(text: &str) -> SpectrumSource {
+    if let Ok(value) = text.parse::<f64>() {
+        if !(0.0..=1.0).contains(&value) {
+            usage(&format!("an emissivity of {value} is not within 0 to 1"));
+        }
+        SpectrumSource::Constant(value)
+    } else if Spectrum::builtin(text).is_ok() {
+        SpectrumSource::Builtin(text.to_owned())
+    } else {
+        SpectrumSource::File(text.into())
+    }
+}

@@ -1,0 +1,115 @@
+//! What can go wrong, as the command line reports it: a message, a remedy, an exit status.
+
+use crate::blender::BlenderError;
+use crate::ingest::IngestError;
+use crate::output::OutputError;
+use crate::plot::PlotError;
+use crate::record::RecordError;
+use crate::scene::SceneError;
+use crate::spectrum::SpectrumError;
+use crate::table::TableError;
+
+/// Exit statuses of the program, so that scripts can tell failures apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Status {
+    /// A file could not be read or written.
+    Files = 1,
+    /// The command line is wrong (clap's own status).
+    Usage = 2,
+    /// A scene, spectrum, mesh or table is wrong.
+    Input = 3,
+    /// The caps on paths or time ended the trace before its tolerance; the result is written.
+    ToleranceNotReached = 4,
+    /// A replayed run gave other bytes.
+    ReplayDiffers = 5,
+    /// No Blender was found.
+    BlenderMissing = 10,
+    /// The Blender found is of a version that will not do.
+    BlenderVersion = 11,
+    /// Blender's Python has no numpy.
+    BlenderNumpy = 12,
+    /// A script failed inside Blender.
+    BlenderScript = 13,
+    /// Blender crashed.
+    BlenderCrash = 14,
+    /// Blender did not end within its time limit.
+    BlenderTimeout = 15,
+    /// The bed that came out of the drop is not to be trusted.
+    BlenderRefused = 16,
+    /// Ctrl-C.
+    Interrupted = 130,
+}
+
+/// Any failure of the library.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Blender could not be found or did not do its work.
+    #[error(transparent)]
+    Blender(#[from] BlenderError),
+    /// A file could not be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A scene file is wrong.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A mesh file is wrong.
+    #[error(transparent)]
+    Ingest(#[from] IngestError),
+    /// A spectrum is wrong or does not reach as far as is wanted.
+    #[error(transparent)]
+    Spectrum(#[from] SpectrumError),
+    /// A bounce table is wrong.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// A chart could not be drawn.
+    #[error(transparent)]
+    Plot(#[from] PlotError),
+    /// A record of a run is wrong.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// There is no such coverage.
+    #[error("there is no coverage {wanted:?}")]
+    Coverage {
+        /// The coverage wanted.
+        wanted: String,
+        /// Those that there are.
+        known: String,
+    },
+    /// The user asked to stop.
+    #[error("interrupted; nothing half-written was left")]
+    Interrupted,
+}
+
+impl Error {
+    /// The program's exit status.
+    pub fn status(&self) -> Status {
+        match self {
+            Self::Blender(error) => error.status(),
+            Self::Output(_) => Status::Files,
+            Self::Coverage { .. } => Status::Usage,
+            Self::Scene(_)
+            | Self::Ingest(_)
+            | Self::Spectrum(_)
+            | Self::Table(_)
+            | Self::Plot(_)
+            | Self::Record(_) => Status::Input,
+            Self::Interrupted => Status::Interrupted,
+        }
+    }
+
+    /// What the user can do about it.
+    pub fn hint(&self) -> Option<String> {
+        match self {
+            Self::Blender(error) => error.hint(),
+            Self::Output(error) => error.hint(),
+            Self::Scene(error) => error.hint(),
+            Self::Ingest(error) => error.hint(),
+            Self::Spectrum(error) => error.hint(),
+            Self::Table(error) => error.hint(),
+            Self::Plot(error) => error.hint(),
+            Self::Coverage { known, .. } => Some(format!("there are {known}, and all")),
+            Self::Record(_) | Self::Interrupted => None,
+        }
+    }
+}

@@ -1,0 +1,260 @@
+//! The features of a quartz emissivity curve that tell covered grains from bare ones.
+//!
+//! A feature is reported where the curve shows it and is `None` where it does not: out of the
+//! curve's range, or no extremum between the ends of the search window. Grey materials have none
+//! of the extrema. Positions are those of samples: nothing is interpolated between them.
+
+use std::ops::RangeInclusive;
+
+use serde::{Deserialize, Serialize};
+
+/// Windows of search and of the means, micrometres. Crystalline quartz has its extrema at 7.35;
+/// 8.50, 8.63 and 8.94; 12.5, 12.65 and 12.8; cover by fines moves the troughs near 8.5 and 8.9
+/// outwards, to 8.18 and 9.24 on fines alone.
+const CHRISTIANSEN_UM: RangeInclusive<f64> = 7.2..=7.6;
+const RESTSTRAHLEN_UM: [RangeInclusive<f64>; 3] = [8.05..=8.6, 8.55..=8.75, 8.75..=9.45];
+const DOUBLET_12_UM: [RangeInclusive<f64>; 3] = [12.4..=12.6, 12.55..=12.75, 12.7..=12.9];
+/// The window of the reststrahlen bands, where cover by fines raises the emissivity.
+pub const RESTSTRAHLEN_WINDOW_UM: RangeInclusive<f64> = 8.0..=9.5;
+/// The window of volume scattering, where cover by fines lowers it.
+pub const TRANSPARENCY_WINDOW_UM: RangeInclusive<f64> = 10.0..=12.0;
+
+/// An extremum stands out from both ends of its window by this at least: above the rounding of
+/// files with six digits, below the faintest Christiansen maximum (2e-4).
+const PROMINENCE: f64 = 1e-5;
+
+/// One sample of the curve.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Extremum {
+    /// Wavelength, micrometres.
+    pub wavelength_um: f64,
+    /// Emissivity, 0 to 1.
+    pub emissivity: f64,
+}
+
+/// Two troughs and the peak between them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Doublet {
+    /// The trough at the shorter wavelength.
+    pub short_trough: Extremum,
+    /// The maximum between the troughs.
+    pub peak: Extremum,
+    /// The trough at the longer wavelength.
+    pub long_trough: Extremum,
+    /// Emissivity of the peak less the mean of the two troughs.
+    pub contrast: f64,
+}
+
+/// The features of one curve.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Features {
+    /// The Christiansen maximum, 7.2 to 7.6 um: none if the curve only rises or falls there, as
+    /// one that begins at 7.5 um does.
+    pub christiansen: Option<Extremum>,
+    /// The reststrahlen doublet, 8 to 9.5 um.
+    pub reststrahlen: Option<Doublet>,
+    /// The doublet at 12.5 and 12.8 um.
+    pub doublet_12_um: Option<Doublet>,
+    /// Mean emissivity over 8 to 9.5 um.
+    pub mean_8_to_9p5_um: Option<f64>,
+    /// Mean emissivity over 10 to 12 um.
+    pub mean_10_to_12_um: Option<f64>,
+}
+
+impl Features {
+    /// Every extremum found, in the order of wavelength.
+    pub fn extrema(&self) -> impl Iterator<Item = Extremum> {
+        let doublet = |d: Option<Doublet>| {
+            d.into_iter().flat_map(|d| [d.short_trough, d.peak, d.long_trough])
+        };
+        self.christiansen
+            .into_iter()
+            .chain(doublet(self.reststrahlen))
+            .chain(doublet(self.doublet_12_um))
+    }
+}
+
+/// Finds the features of a curve.
+///
+/// `wavelength_um` must ascend and hold as many samples as `emissivity`, all finite: that is the
+/// caller's charge, and the features of other curves mean nothing.
+pub fn features(wavelength_um: &[f64], emissivity: &[f64]) -> Features {
+    debug_assert_eq!(wavelength_um.len(), emissivity.len());
+    debug_assert!(wavelength_um.is_sorted());
+    let curve = CurveRef { wavelength_um, emissivity };
+    Features {
+        christiansen: curve.maximum(&CHRISTIANSEN_UM),
+        reststrahlen: curve.doublet(&RESTSTRAHLEN_UM),
+        doublet_12_um: curve.doublet(&DOUBLET_12_UM),
+        mean_8_to_9p5_um: curve.mean(&RESTSTRAHLEN_WINDOW_UM),
+        mean_10_to_12_um: curve.mean(&TRANSPARENCY_WINDOW_UM),
+    }
+}
+
+#[derive(Clone, Copy)]
+struct CurveRef<'a> {
+    wavelength_um: &'a [f64],
+    emissivity: &'a [f64],
+}
+
+impl CurveRef<'_> {
+    /// The samples inside a window; its ends belong to it, whatever their rounding.
+    fn within(self, window_um: &RangeInclusive<f64>) -> Self {
+        let first = self.wavelength_um.partition_point(|&w| w < window_um.start() - 1e-9);
+        let end = self.wavelength_um.partition_point(|&w| w <= window_um.end() + 1e-9);
+        Self {
+            wavelength_um: &self.wavelength_um[first..end],
+            emissivity: &self.emissivity[first..end],
+        }
+    }
+
+    /// The window's highest sample (`sign` 1) or lowest (-1), if it is no end of a slope.
+    fn extremum(self, window_um: &RangeInclusive<f64>, sign: f64) -> Option<Extremum> {
+        let Self { wavelength_um, emissivity } = self.within(window_um);
+        let height = |i: usize| sign * emissivity[i];
+        // The first of equals: a reflectance rounded to 0 gives several samples of 1.
+        let top = (0..emissivity.len()).min_by(|&i, &j| height(j).total_cmp(&height(i)))?;
+        let stands_out = |end: usize| height(top) - height(end) > PROMINENCE;
+        (stands_out(0) && stands_out(emissivity.len() - 1))
+            .then(|| Extremum { wavelength_um: wavelength_um[top], emissivity: emissivity[top] })
+    }
+
+    fn maximum(self, window_um: &RangeInclusive<f64>) -> Option<Extremum> {
+        self.extremum(window_um, 1.0)
+    }
+
+    fn minimum(self, window_um: &RangeInclusive<f64>) -> Option<Extremum> {
+        self.extremum(window_um, -1.0)
+    }
+
+    fn doublet(self, [short, middle, long]: &[RangeInclusive<f64>; 3]) -> Option<Doublet> {
+        let (short_trough, peak, long_trough) =
+            (self.minimum(short)?, self.maximum(middle)?, self.minimum(long)?);
+        let in_order = short_trough.wavelength_um < peak.wavelength_um
+            && peak.wavelength_um < long_trough.wavelength_um
+            && peak.emissivity > short_trough.emissivity.max(long_trough.emissivity);
+        in_order.then_some(Doublet {
+            short_trough,
+            peak,
+            long_trough,
+            contrast: peak.emissivity - 0.5 * (short_trough.emissivity + long_trough.emissivity),
+        })
+    }
+
+    /// The mean over a window that the curve covers with three samples or more, by trapezia:
+    /// steps need not be equal, and the window's ends need not be samples.
+    fn mean(self, window_um: &RangeInclusive<f64>) -> Option<f64> {
+        let (start, end) = (*window_um.start(), *window_um.end());
+        let inside = self.within(window_um);
+        let covered =
+            self.wavelength_um.first()? - 1e-9 <= start && self.wavelength_um.last()? + 1e-9 >= end;
+        if !covered || inside.wavelength_um.len() < 3 {
+            return None;
+        }
+        let (mut area, mut before) = (0.0, (start, self.at(start)));
+        let samples = inside.wavelength_um.iter().copied().zip(inside.emissivity.iter().copied());
+        for (w, e) in samples.chain([(end, self.at(end))]) {
+            area += 0.5 * (before.1 + e) * (w - before.0);
+            before = (w, e);
+        }
+        Some(area / (end - start))
+    }
+
+    /// The emissivity between samples, linear; needs two samples.
+    fn at(self, wavelength_um: f64) -> f64 {
+        let above = self.wavelength_um.partition_point(|&w| w < wavelength_um);
+        let above = above.clamp(1, self.wavelength_um.len() - 1);
+        let [w0, w1] = [self.wavelength_um[above - 1], self.wavelength_um[above]];
+        let [e0, e1] = [self.emissivity[above - 1], self.emissivity[above]];
+        e0 + (e1 - e0) * ((wavelength_um - w0) / (w1 - w0)).clamp(0.0, 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid(from_um: f64, to_um: f64) -> Vec<f64> {
+        let steps = ((to_um - from_um) / 0.01).round() as usize;
+        (0..=steps).map(|i| from_um + 0.01 * i as f64).collect()
+    }
+
+    /// Quartz-like: a slope up to 7.35 um, Gaussian bands of the given centre, width and depth.
+    fn quartz(wavelength_um: f64) -> f64 {
+        let bands = [(8.48, 0.10, 0.4), (8.97, 0.18, 0.5), (12.5, 0.06, 0.10), (12.8, 0.06, 0.08)];
+        let loss: f64 = bands
+            .map(|(centre, width, depth)| {
+                depth * (-0.5 * ((wavelength_um - centre) / width).powi(2)).exp()
+            })
+            .iter()
+            .sum();
+        0.99 - 0.02 * (wavelength_um - 7.35).abs().min(1.0) - loss
+    }
+
+    fn features_of(from_um: f64, to_um: f64, curve: impl Fn(f64) -> f64) -> Features {
+        let wavelength_um = grid(from_um, to_um);
+        let emissivity: Vec<f64> = wavelength_um.iter().map(|&w| curve(w)).collect();
+        features(&wavelength_um, &emissivity)
+    }
+
+    #[test]
+    fn finds_every_feature_where_the_curve_was_given_it() {
+        let found = features_of(7.0, 14.0, quartz);
+        let expected = [7.35, 8.48, 8.65, 8.97, 12.5, 12.65, 12.8];
+        let at: Vec<f64> = found.extrema().map(|e| e.wavelength_um).collect();
+        assert_eq!(at.len(), expected.len(), "{at:?}");
+        for (found, expected) in at.iter().zip(expected) {
+            assert!((found - expected).abs() < 0.025, "{found} is not near {expected}");
+        }
+        for e in found.extrema() {
+            assert!((e.emissivity - quartz(e.wavelength_um)).abs() < 1e-15);
+        }
+        let bands = found.reststrahlen.unwrap();
+        let troughs =
+            quartz(bands.short_trough.wavelength_um) + quartz(bands.long_trough.wavelength_um);
+        assert!((bands.contrast - (bands.peak.emissivity - 0.5 * troughs)).abs() < 1e-12);
+        assert!(bands.contrast > 0.1);
+    }
+
+    #[test]
+    fn christiansen_needs_a_maximum_not_an_edge() {
+        assert!(features_of(7.3, 14.0, quartz).christiansen.is_some());
+        assert!(features_of(7.5, 14.0, quartz).christiansen.is_none());
+        assert!(features_of(7.0, 14.0, |w| 0.9 + 0.01 * (w - 7.0)).christiansen.is_none());
+    }
+
+    #[test]
+    fn grey_and_sloping_curves_have_means_only() {
+        for curve in [|_| 0.8, |w: f64| 0.05 * w, |w: f64| 1.0 - 0.05 * w] {
+            let found = features_of(7.0, 14.0, curve);
+            assert_eq!(found.extrema().count(), 0);
+            assert!((found.mean_8_to_9p5_um.unwrap() - curve(8.75)).abs() < 1e-12);
+            assert!((found.mean_10_to_12_um.unwrap() - curve(11.0)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn means_do_not_mind_uneven_steps() {
+        let wavelength_um = [7.0, 7.9, 8.1, 9.0, 9.4, 11.0];
+        let emissivity = wavelength_um.map(|w| 0.1 * w);
+        let found = features(&wavelength_um, &emissivity);
+        assert!((found.mean_8_to_9p5_um.unwrap() - 0.875).abs() < 1e-12);
+        assert_eq!(found.mean_10_to_12_um, None);
+    }
+
+    #[test]
+    fn short_curves_have_no_features() {
+        let nothing = features(&[], &[]);
+        assert_eq!(nothing, features(&[8.6], &[0.5]));
+        assert_eq!(nothing, features(&[7.0, 14.0], &[0.5, 0.6]));
+        assert_eq!(nothing, features_of(9.0, 9.4, quartz));
+        assert_eq!(nothing.extrema().count(), 0);
+        assert_eq!(nothing.mean_8_to_9p5_um, None);
+    }
+
+    #[test]
+    fn half_a_doublet_is_none() {
+        let one_trough = features_of(7.0, 14.0, |w| 0.9 - 0.3 * (-(w - 9.0).powi(2) / 0.1).exp());
+        assert_eq!(one_trough.reststrahlen, None);
+    }
+}

@@ -1,0 +1,192 @@
+//! Meshes, where they stand, and the part of the scene that is looked at. Micrometres.
+
+use std::collections::HashMap;
+
+use glam::{DAffine3, DVec3, Vec3};
+
+use crate::scene::{Sides, View};
+
+/// A triangle mesh about its own origin.
+#[derive(Debug, Clone)]
+pub struct Mesh {
+    /// The prototype's name.
+    pub name: String,
+    /// Vertices, um, relative to the middle of the mesh, so that single precision keeps its detail
+    /// wherever the mesh stands.
+    pub vertices: Vec<Vec3>,
+    /// Vertex indices of each triangle; counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Index of each triangle's material in the scene's list.
+    pub materials: Vec<u16>,
+    /// Whether every edge joins two triangles that run along it in opposite directions: then the mesh
+    /// bounds a solid, and a ray that meets a triangle from behind is inside it.
+    pub closed: bool,
+}
+
+/// A mesh in its place.
+#[derive(Debug, Clone)]
+pub struct Placement {
+    /// Index of the mesh.
+    pub mesh: usize,
+    /// From the mesh's coordinates to the scene's.
+    pub to_scene: DAffine3,
+}
+
+/// The part of the scene that the sensor sees, and what bounds it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Domain {
+    /// Least x, y, z, um. Below it there is nothing.
+    pub min_um: DVec3,
+    /// Greatest x, y, z, um. Above it there is nothing but sky.
+    pub max_um: DVec3,
+    /// What stands at the vertical sides.
+    pub sides: Sides,
+    /// Height, um, and material of an opaque plane.
+    pub floor: Option<(f64, u16)>,
+}
+
+/// All that the tracer needs to know of a scene.
+#[derive(Debug, Clone)]
+pub struct Bed {
+    /// The distinct meshes.
+    pub meshes: Vec<Mesh>,
+    /// Where they stand.
+    pub placements: Vec<Placement>,
+    /// What is looked at.
+    pub domain: Domain,
+    /// Unit vector from the target to the sensor.
+    pub to_sensor: DVec3,
+    /// How many materials the scene has.
+    pub materials: usize,
+}
+
+impl Mesh {
+    /// A mesh from points in um in any place; returns the place of its middle as well. Triangles
+    /// without area are left out: no ray can meet them. A closed mesh that faces inward is turned over.
+    pub fn new(
+        name: &str,
+        points_um: &[DVec3],
+        faces: impl Iterator<Item = ([u32; 3], u16)>,
+    ) -> (Self, DVec3) {
+        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for &point in points_um {
+            min = min.min(point);
+            max = max.max(point);
+        }
+        let middle = if points_um.is_empty() { DVec3::ZERO } else { (min + max) / 2.0 };
+        let vertices: Vec<Vec3> = points_um.iter().map(|&p| (p - middle).as_vec3()).collect();
+        let (triangles, materials): (Vec<_>, Vec<_>) = faces
+            .filter(|([a, b, c], _)| {
+                let [a, b, c] = [a, b, c].map(|&i| vertices[i as usize].as_dvec3());
+                (b - a).cross(c - a).length_squared() > 0.0
+            })
+            .unzip();
+        let closed = is_closed(&vertices, &triangles);
+        let mut triangles = triangles;
+        if closed && volume(&vertices, &triangles) < 0.0 {
+            triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        }
+        (Self { name: name.to_owned(), vertices, triangles, materials, closed }, middle)
+    }
+
+    /// The greatest coordinate of any vertex, um: what rounding errors are measured by.
+    pub fn extent_um(&self) -> f32 {
+        self.vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f32::max)
+    }
+}
+
+/// Volume within a closed mesh, um3; negative if its triangles face inward.
+fn volume(vertices: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
+    let of = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|i| vertices[i as usize].as_dvec3());
+        a.dot(b.cross(c)) / 6.0
+    };
+    triangles.iter().map(of).sum()
+}
+
+/// Vertices are told apart by their place, not their index: files often repeat them.
+fn is_closed(vertices: &[Vec3], triangles: &[[u32; 3]]) -> bool {
+    let mut places: HashMap<[u32; 3], u32> = HashMap::new();
+    let place: Vec<u32> = vertices
+        .iter()
+        .map(|v| {
+            let next = places.len() as u32;
+            // Adding zero makes -0 and 0 one place.
+            *places.entry((*v + Vec3::ZERO).to_array().map(f32::to_bits)).or_insert(next)
+        })
+        .collect();
+    let mut balance: HashMap<(u32, u32), i32> = HashMap::new();
+    for triangle in triangles {
+        for side in 0..3 {
+            let a = place[triangle[side] as usize];
+            let b = place[triangle[(side + 1) % 3] as usize];
+            *balance.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
+        }
+    }
+    !triangles.is_empty() && balance.values().all(|&sum| sum == 0)
+}
+
+impl Bed {
+    /// The box around all placed meshes, um.
+    pub fn bounds_um(meshes: &[Mesh], placements: &[Placement]) -> (DVec3, DVec3) {
+        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for placement in placements {
+            for vertex in &meshes[placement.mesh].vertices {
+                let point = placement.to_scene.transform_point3(vertex.as_dvec3());
+                min = min.min(point);
+                max = max.max(point);
+            }
+        }
+        (min, max)
+    }
+
+    /// How many triangles the scene would have without instances.
+    pub fn triangles(&self) -> usize {
+        self.placements.iter().map(|p| self.meshes[p.mesh].triangles.len()).sum()
+    }
+}
+
+/// Unit vector to the sensor.
+pub fn to_sensor(view: View) -> DVec3 {
+    let (zenith, azimuth) = (view.zenith_deg.to_radians(), view.azimuth_deg.to_radians());
+    DVec3::new(zenith.sin() * azimuth.cos(), zenith.sin() * azimuth.sin(), zenith.cos())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TETRAHEDRON: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+
+    fn mesh(faces: &[[u32; 3]]) -> Mesh {
+        let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|p| p + 1e6);
+        Mesh::new("tetrahedron", &points, faces.iter().map(|&f| (f, 0))).0
+    }
+
+    #[test]
+    fn a_mesh_is_closed_only_if_every_edge_has_two_sides() {
+        assert!(mesh(&TETRAHEDRON).closed);
+        assert!(!mesh(&TETRAHEDRON[1..]).closed, "a face is missing");
+        let mut turned = TETRAHEDRON;
+        turned[0].swap(0, 1);
+        assert!(!mesh(&turned).closed, "a face is turned over");
+    }
+
+    #[test]
+    fn a_closed_mesh_that_faces_inward_is_turned_outward() {
+        let inward = TETRAHEDRON.map(|[a, b, c]| [a, c, b]);
+        let mesh = mesh(&inward);
+        assert!(mesh.closed && volume(&mesh.vertices, &mesh.triangles) > 0.0);
+    }
+
+    #[test]
+    fn triangles_without_area_are_left_out() {
+        assert_eq!(mesh(&[[0, 1, 2], [0, 1, 1], [2, 2, 2]]).triangles.len(), 1);
+    }
+
+    #[test]
+    fn detail_is_kept_a_metre_away_from_the_origin() {
+        let mesh = mesh(&TETRAHEDRON);
+        assert!((mesh.extent_um() - 0.5).abs() < 1e-6);
+    }
+}

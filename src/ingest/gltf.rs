@@ -1,0 +1,113 @@
+//! glTF 2.0, text or binary, through the gltf crate; nodes that share a mesh stay instances.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use glam::{DAffine3, DMat3, DMat4, DVec3, Mat4};
+
+use super::{IngestError, Materials};
+use crate::geometry::Mesh;
+
+/// The meshes below the named node, or of the whole default scene, each with its places.
+pub(super) fn read(
+    path: &Path,
+    object: Option<&str>,
+    unit_um: f64,
+    turn: DMat3,
+    materials: &Materials,
+) -> Result<Vec<(Mesh, Vec<DAffine3>)>, IngestError> {
+    let broken = |place: &str, problem: String| IngestError::Broken {
+        path: path.to_owned(),
+        place: place.to_owned(),
+        problem,
+    };
+    let bytes = std::fs::read(path)
+        .map_err(|source| IngestError::Read { path: path.to_owned(), source })?;
+    let file = gltf::Gltf::from_slice(&bytes).map_err(|e| broken("the file", e.to_string()))?;
+    let buffers = gltf::import_buffers(&file.document, path.parent(), file.blob)
+        .map_err(|e| broken("its buffers", e.to_string()))?;
+    let document = file.document;
+    let scene = document
+        .default_scene()
+        .or_else(|| document.scenes().next())
+        .ok_or_else(|| broken("the file", "it has no scene".into()))?;
+
+    // Walk the tree once; a node counts if it or one above it has the name wanted.
+    let mut places: BTreeMap<usize, Vec<DAffine3>> = BTreeMap::new();
+    let mut names = Vec::new();
+    let mut waiting: Vec<_> =
+        scene.nodes().map(|node| (node, DMat4::IDENTITY, object.is_none())).collect();
+    while let Some((node, above, inside)) = waiting.pop() {
+        let place = above * Mat4::from_cols_array_2d(&node.transform().matrix()).as_dmat4();
+        names.extend(node.name().map(str::to_owned));
+        let inside = inside || node.name() == object;
+        if let (Some(mesh), true) = (node.mesh(), inside) {
+            places.entry(mesh.index()).or_default().push(DAffine3::from_mat4(place));
+        }
+        waiting.extend(node.children().map(|child| (child, place, inside)));
+    }
+    if let (Some(object), true) = (object, places.is_empty()) {
+        names.sort_unstable();
+        names.dedup();
+        return Err(IngestError::NoObject {
+            path: path.to_owned(),
+            object: object.to_owned(),
+            present: names,
+        });
+    }
+
+    let mut parts = Vec::new();
+    for (index, places) in places {
+        let mesh = document.meshes().nth(index).expect("the node refers to it");
+        let name = mesh.name().map_or_else(|| format!("mesh {index}"), str::to_owned);
+        let (mut points, mut faces) = (Vec::new(), Vec::new());
+        for primitive in mesh.primitives() {
+            if primitive.mode() != gltf::mesh::Mode::Triangles {
+                continue;
+            }
+            let material = materials.index(path, &name, primitive.material().name())?;
+            let first = points.len() as u32;
+            let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|b| &b.0[..]));
+            let positions = reader
+                .read_positions()
+                .ok_or_else(|| broken(&name, "it has no vertex positions".into()))?;
+            for position in positions {
+                let point = DVec3::from_array(position.map(f64::from)) * unit_um;
+                if !point.is_finite() {
+                    return Err(broken(&name, "a vertex is not finite".into()));
+                }
+                points.push(point);
+            }
+            let count = points.len() as u32 - first;
+            let indices: Vec<u32> = reader
+                .read_indices()
+                .map_or_else(|| (0..count).collect(), |indices| indices.into_u32().collect());
+            if let Some(wrong) = indices.iter().find(|&&i| i >= count) {
+                return Err(broken(
+                    &name,
+                    format!("a face wants vertex {wrong}, and there are {count}"),
+                ));
+            }
+            faces.extend(
+                indices
+                    .chunks_exact(3)
+                    .map(|f| ([f[0] + first, f[1] + first, f[2] + first], material)),
+            );
+        }
+        let (mesh, middle) = Mesh::new(&name, &points, faces.into_iter());
+        if mesh.triangles.is_empty() {
+            return Err(broken(&name, "there are no faces".into()));
+        }
+        // The vertices are in um already; a node's shift is still in the file's unit.
+        let in_scene = |place: DAffine3| {
+            let scaled =
+                DAffine3::from_mat3_translation(place.matrix3, place.translation * unit_um);
+            DAffine3::from_mat3(turn) * scaled * DAffine3::from_translation(middle)
+        };
+        parts.push((mesh, places.into_iter().map(in_scene).collect()));
+    }
+    if parts.is_empty() {
+        return Err(broken("the file", "there are no meshes".into()));
+    }
+    Ok(parts)
+}

@@ -1,0 +1,146 @@
+//! Wavefront .obj through tobj.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use super::{IngestError, Materials, Part};
+use crate::geometry::Mesh;
+
+/// The material library that stands for the names in the file itself.
+const NAMES: &str = "names-of-this-file";
+
+/// A .obj file as tobj gives it: one model for each object and material.
+pub(super) struct ObjFile {
+    models: Vec<tobj::Model>,
+    materials: Vec<String>,
+}
+
+impl ObjFile {
+    pub(super) fn read(path: &Path) -> Result<Self, IngestError> {
+        let text =
+            fs::read(path).map_err(|source| IngestError::Read { path: path.to_owned(), source })?;
+        let text = String::from_utf8_lossy(&text);
+        let broken =
+            |(place, problem)| IngestError::Broken { path: path.to_owned(), place, problem };
+        // Only the names of the materials matter here, and tobj keeps them only where it finds
+        // them in a .mtl file: it is told of them, so that no .mtl need be there.
+        let materials: Vec<String> = text
+            .lines()
+            .filter_map(|line| line.trim_start().strip_prefix("usemtl "))
+            .map(|name| name.trim().to_owned())
+            .collect::<BTreeSet<_>>()
+            .into_iter()
+            .collect();
+        let known = |library: &Path| {
+            if library != Path::new(NAMES) {
+                return Ok(Default::default());
+            }
+            let named = |name: &String| tobj::Material { name: name.clone(), ..Default::default() };
+            let places = materials.iter().enumerate().map(|(i, name)| (name.clone(), i));
+            Ok((materials.iter().map(named).collect(), places.collect()))
+        };
+        let options = tobj::LoadOptions {
+            triangulate: true,
+            ignore_points: true,
+            ignore_lines: true,
+            ..Default::default()
+        };
+        let first_line = format!("mtllib {NAMES}\n");
+        let mut reader = BufReader::new(first_line.as_bytes().chain(text.as_bytes()));
+        let (models, _) = tobj::load_obj_buf(&mut reader, &options, known).map_err(|error| {
+            broken(fault(&text).unwrap_or_else(|| ("the file".into(), error.to_string())))
+        })?;
+        if models.iter().any(|m| m.mesh.positions.iter().any(|x| !x.is_finite())) {
+            return Err(broken(
+                fault(&text)
+                    .unwrap_or_else(|| ("the file".into(), "a vertex is not finite".into())),
+            ));
+        }
+        Ok(Self { models, materials })
+    }
+
+    /// The named object, or all of the file, as one mesh.
+    pub(super) fn mesh(
+        &self,
+        path: &Path,
+        name: &str,
+        object: Option<&str>,
+        unit_um: f64,
+        turn: DMat3,
+        materials: &Materials,
+    ) -> Result<Part, IngestError> {
+        let models: Vec<_> =
+            self.models.iter().filter(|m| object.is_none_or(|object| m.name == object)).collect();
+        if let (Some(object), true) = (object, models.is_empty()) {
+            let present: BTreeSet<String> = self.models.iter().map(|m| m.name.clone()).collect();
+            return Err(IngestError::NoObject {
+                path: path.to_owned(),
+                object: object.to_owned(),
+                present: present.into_iter().collect(),
+            });
+        }
+        let (mut points, mut faces) = (Vec::new(), Vec::new());
+        for model in models {
+            let mesh = &model.mesh;
+            if mesh.indices.is_empty() {
+                continue;
+            }
+            let named = mesh.material_id.map(|id| self.materials[id].as_str());
+            let material = materials.index(path, &model.name, named)?;
+            let first = points.len() as u32;
+            points.extend(
+                mesh.positions
+                    .chunks_exact(3)
+                    .map(|p| turn * DVec3::new(p[0].into(), p[1].into(), p[2].into()) * unit_um),
+            );
+            faces.extend(
+                mesh.indices
+                    .chunks_exact(3)
+                    .map(|f| ([f[0] + first, f[1] + first, f[2] + first], material)),
+            );
+        }
+        let (mesh, middle) = Mesh::new(name, &points, faces.into_iter());
+        if mesh.triangles.is_empty() {
+            return Err(IngestError::Broken {
+                path: path.to_owned(),
+                place: object.map_or_else(|| "the file".into(), |o| format!("object {o:?}")),
+                problem: "there are no faces".into(),
+            });
+        }
+        Ok((mesh, DAffine3::from_translation(middle)))
+    }
+}
+
+/// The first line that tobj could have stumbled over: its own errors name no line.
+fn fault(text: &str) -> Option<(String, String)> {
+    let vertices = text.lines().filter(|line| line.trim_start().starts_with("v ")).count();
+    let mut so_far = 0;
+    for (number, line) in (1..).zip(text.lines()) {
+        let mut words = line.split_whitespace();
+        let problem = match words.next() {
+            Some("v") => {
+                so_far += 1;
+                let values: Vec<_> = words.map(str::parse::<f32>).collect();
+                let good = values.iter().all(|v| v.as_ref().is_ok_and(|v| v.is_finite()));
+                (values.len() < 3 || !good).then(|| "a vertex is not three finite numbers".into())
+            }
+            Some("f") => words.find_map(|word| {
+                let index = word.split('/').next().unwrap_or("");
+                match index.parse::<i64>() {
+                    Err(_) => Some(format!("{word:?} is not a vertex of a face")),
+                    Ok(i) if (1..=vertices as i64).contains(&i) || (i < 0 && -i <= so_far) => None,
+                    Ok(i) => Some(format!("a face wants vertex {i}, and there are {vertices}")),
+                }
+            }),
+            _ => None,
+        };
+        if let Some(problem) = problem {
+            return Some((format!("line {number}"), problem));
+        }
+    }
+    None
+}

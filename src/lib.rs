@@ -1,0 +1,48 @@
+//! Thermal-infrared signatures of soil from the geometry of its grains.
+//!
+//! The data's way, and the module that has charge of each step:
+//!
+//! | step | module |
+//! |---|---|
+//! | scene file, strict and documented | [`scene`] |
+//! | Blender models and drops the grains | [`blender`] |
+//! | `.obj` and `.gltf` into meshes and instances | [`ingest`], [`geometry`] |
+//! | closest hits through two levels of bounding volumes | [`bvh`] |
+//! | backward paths into counts of hits per material | [`tracer`], [`table`] |
+//! | when the rays are enough | [`stop`] |
+//! | emissivity of a facet | [`spectrum`], [`optics`] |
+//! | emissivity and radiance of the bed (Eq. 1 to 3) | [`signature`], [`radiance`] |
+//! | charts and pictures | [`plot`], [`picture`] |
+//! | what was done, and doing it again | [`record`], [`cache`] |
+//!
+//! Lengths are micrometres inside the library, temperatures kelvin, radiance
+//! W m-2 sr-1 um-1; names that leave a module carry the unit.
+
+pub mod error;
+pub mod features;
+pub mod plot;
+pub mod report;
+
+pub mod interrupt;
+pub mod output;
+
+pub mod blender;
+pub mod bvh;
+pub mod cache;
+pub mod geometry;
+pub mod ingest;
+pub mod optics;
+pub mod picture;
+pub mod pipeline;
+pub mod progress;
+pub mod radiance;
+pub mod random;
+pub mod record;
+pub mod scene;
+pub mod signature;
+pub mod spectrum;
+pub mod stop;
+pub mod table;
+pub mod tally;
+pub mod trace;
+pub mod tracer;

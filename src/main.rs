@@ -1,0 +1,7 @@
+//! The program: see the library for what it does.
+
+mod cli;
+
+fn main() -> std::process::ExitCode {
+    cli::run()
+}

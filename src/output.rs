@@ -1,0 +1,117 @@
+//! The one place that writes files: beside their place first, then renamed, so that a file that
+//! is there is whole.
+
+use std::fs;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+/// A file or folder could not be read or written.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {source}", path.display())]
+pub struct OutputError {
+    /// The file or folder that was to be written.
+    pub path: PathBuf,
+    /// What the system said.
+    #[source]
+    pub source: io::Error,
+}
+
+impl OutputError {
+    /// What the user can do about it.
+    pub fn hint(&self) -> Option<String> {
+        Some(match self.source.kind() {
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+                "the disk is full: free some space, or write elsewhere with --out".into()
+            }
+            io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+                "write to a folder of yours with --out".into()
+            }
+            _ => return None,
+        })
+    }
+}
+
+fn at(path: &Path) -> impl FnOnce(io::Error) -> OutputError {
+    let path = path.to_owned();
+    move |source| OutputError { path, source }
+}
+
+/// Makes a folder and its parents.
+pub fn folder(path: &Path) -> Result<(), OutputError> {
+    fs::create_dir_all(path).map_err(at(path))
+}
+
+/// Writes one file through `fill`; what stood there before is replaced only when all is written.
+pub fn file(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), OutputError> {
+    let parent = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    folder(parent)?;
+    let write = || -> io::Result<()> {
+        let mut beside = tempfile::Builder::new()
+            .prefix(".soilsig-")
+            .permissions(open_permissions())
+            .tempfile_in(parent)?;
+        let mut writer = BufWriter::new(beside.as_file_mut());
+        fill(&mut writer)?;
+        writer.flush()?;
+        drop(writer);
+        beside.persist(path)?;
+        Ok(())
+    };
+    write().map_err(at(path))
+}
+
+/// Writes bytes as one file.
+pub fn bytes(path: &Path, content: &[u8]) -> Result<(), OutputError> {
+    file(path, |writer| writer.write_all(content))
+}
+
+/// Copies a file, whole or not at all.
+pub fn copy(from: &Path, to: &Path) -> Result<(), OutputError> {
+    file(to, |writer| io::copy(&mut fs::File::open(from)?, writer).map(|_| ()))
+}
+
+/// SHA-256 of a file's content.
+pub fn sha256(path: &Path) -> Result<[u8; 32], OutputError> {
+    Ok(Sha256::digest(fs::read(path).map_err(at(path))?).into())
+}
+
+/// The same in hexadecimal.
+pub fn sha256_hex(path: &Path) -> Result<String, OutputError> {
+    sha256(path).map(|sum| hex(&sum))
+}
+
+/// Names of the files in a folder, sorted.
+pub fn list(folder: &Path) -> Result<Vec<String>, OutputError> {
+    let names: io::Result<Vec<String>> = fs::read_dir(folder)
+        .and_then(|entries| entries.map(|e| Ok(e?.file_name().to_string_lossy().into())).collect());
+    let mut names = names.map_err(at(folder))?;
+    names.sort_unstable();
+    Ok(names)
+}
+
+/// Removes a file, if it is there.
+pub fn remove(path: &Path) -> Result<(), OutputError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(at(path)(error)),
+        _ => Ok(()),
+    }
+}
+
+/// Bytes in hexadecimal.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// `rw` for all, less the user's umask: the temporary file's private mode is not for results.
+fn open_permissions() -> fs::Permissions {
+    use std::os::unix::fs::PermissionsExt;
+    fs::Permissions::from_mode(0o666)
+}

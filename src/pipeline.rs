@@ -1,0 +1,377 @@
+//! From a scene to its signature, in stages: drop, trace, signature, picture.
+
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::blender::{self, Blender, Event, Job, SCRIPTS};
+use crate::cache::Cache;
+use crate::error::Error;
+use crate::output;
+use crate::picture;
+use crate::progress::Step;
+use crate::record::{self, Output, Record, Stage};
+use crate::report;
+use crate::scene::{Packing, Scene, SceneGeometry, SpectrumSource};
+use crate::signature::{self, Band, Grid};
+use crate::stop::Target;
+use crate::table::Table;
+use crate::trace;
+use crate::tracer::Tracer;
+
+/// The shipped scenes, most covered first: the order of the paper's Fig. 6.
+pub const COVERAGES: [(&str, &str); 4] = [
+    ("full", include_str!("../scenes/full.json")),
+    ("less", include_str!("../scenes/less.json")),
+    ("sparse", include_str!("../scenes/sparse.json")),
+    ("bare", include_str!("../scenes/bare.json")),
+];
+
+/// Files of a drop that hold times of day or durations and so differ from run to run.
+const NOT_REPRODUCIBLE: [&str; 2] = ["blender.log", "drop.json"];
+
+/// What is to be run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// A shipped scene by its coverage: `full`, `less`, `sparse`, `bare`; or `all` of them.
+    Coverage(String),
+    /// A scene file, packing or placed.
+    Scene(PathBuf),
+}
+
+/// Everything that a run depends on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Options {
+    /// The scene.
+    pub source: Source,
+    /// In place of the scene's seeds, of packing and rays both.
+    pub seed: Option<u64>,
+    /// Half-width of the 95 % interval that every band is to reach.
+    pub tolerance: f64,
+    /// Most paths.
+    pub max_paths: u64,
+    /// The bands.
+    pub grid: Grid,
+    /// Whether the settled patch is exported flat as well.
+    pub patch_obj: bool,
+    /// The Blender to use.
+    pub blender: Option<PathBuf>,
+    /// Longest that Blender may take, seconds.
+    pub blender_timeout_s: u64,
+}
+
+/// Runs the pipeline; all files go below `out`. `run.json` is removed first and written last: where it
+/// is, the result is whole.
+pub fn run(
+    options: &Options,
+    command: Vec<String>,
+    out: &Path,
+    cache: &Cache,
+) -> Result<Record, Error> {
+    output::folder(out)?;
+    output::remove(&out.join("run.json"))?;
+    let mut record = Record {
+        soilsig_run: record::FORMAT,
+        command,
+        options: options.clone(),
+        versions: BTreeMap::from([("soilsig".into(), env!("CARGO_PKG_VERSION").into())]),
+        seeds: BTreeMap::new(),
+        inputs: BTreeMap::new(),
+        outputs: BTreeMap::new(),
+        stages: Vec::new(),
+        reached: BTreeMap::new(),
+    };
+    match &options.source {
+        Source::Coverage(name) if name == "all" => {
+            let mut curves = Vec::new();
+            for (name, text) in COVERAGES {
+                let scene = Scene::parse(text, Path::new(&format!("scenes/{name}.json")))?;
+                let mut run = Run { options, out, below: name, cache, record: &mut record };
+                let (scene, bands) = run.scene(scene, Path::new(name))?;
+                curves.push((scene, bands));
+            }
+            let mut run = Run { options, out, below: "", cache, record: &mut record };
+            run.draw_all(&curves)?;
+        }
+        Source::Coverage(name) => {
+            let (_, text) = COVERAGES.iter().find(|(known, _)| known == name).ok_or_else(|| {
+                let known: Vec<_> = COVERAGES.iter().map(|(known, _)| *known).collect();
+                Error::Coverage { wanted: name.clone(), known: known.join(", ") }
+            })?;
+            let path = PathBuf::from(format!("scenes/{name}.json"));
+            let scene = Scene::parse(text, &path)?;
+            Run { options, out, below: "", cache, record: &mut record }.scene(scene, &path)?;
+        }
+        Source::Scene(path) => {
+            let scene = Scene::read(path)?;
+            record.inputs.insert(path.display().to_string(), output::sha256_hex(path)?);
+            Run { options, out, below: "", cache, record: &mut record }.scene(scene, path)?;
+        }
+    }
+    record.write(&out.join("run.json"))?;
+    Ok(record)
+}
+
+/// One scene's way through the stages.
+struct Run<'a> {
+    options: &'a Options,
+    out: &'a Path,
+    /// Folder of this scene's files below `out`, if they are not at its top.
+    below: &'a str,
+    cache: &'a Cache,
+    record: &'a mut Record,
+}
+
+impl Run<'_> {
+    fn scene(&mut self, mut scene: Scene, path: &Path) -> Result<(Scene, Vec<Band>), Error> {
+        if let Some(seed) = self.options.seed {
+            scene.seed = seed;
+            if let SceneGeometry::Packing(packing) = &mut scene.geometry {
+                packing.seed = seed;
+            }
+        }
+        self.record.seeds.insert(self.key("rays"), scene.seed);
+        let (scene, path) = match scene.geometry.clone() {
+            SceneGeometry::Packing(packing) => {
+                self.record.seeds.insert(self.key("packing"), packing.seed);
+                self.drop(&scene, &packing, path)?
+            }
+            SceneGeometry::Placed(placed) => {
+                for prototype in &placed.prototypes {
+                    let file = path.parent().unwrap_or(Path::new("")).join(&prototype.file);
+                    let sum = output::sha256_hex(&file)?;
+                    self.record.inputs.insert(file.display().to_string(), sum);
+                }
+                (scene, path.to_owned())
+            }
+        };
+        let wavelengths_um = self.options.grid.wavelengths_um();
+        // Loaded only if a stage needs it: a run that finds everything in the cache does not.
+        let mut tracer = None;
+        let table = self.trace(&scene, &path, &wavelengths_um, &mut tracer)?;
+        let bands = self.signature(&scene, &table, &wavelengths_um)?;
+        self.picture(&scene, &path, &table, &mut tracer)?;
+        self.record.reached.insert(scene.name.clone(), report::reached(&table, &scene, &bands));
+        Ok((scene, bands))
+    }
+
+    /// A name in the record, told apart where there are several scenes.
+    fn key(&self, name: &str) -> String {
+        if self.below.is_empty() { name.to_owned() } else { format!("{}/{name}", self.below) }
+    }
+
+    /// Where a file of this scene goes.
+    fn place(&self, file: &str) -> PathBuf {
+        self.out.join(self.below).join(file)
+    }
+
+    /// Notes a file that was written.
+    fn wrote(&mut self, file: &str) -> Result<(), Error> {
+        let sha256 = output::sha256_hex(&self.place(file))?;
+        let reproducible = !NOT_REPRODUCIBLE.contains(&file);
+        self.record.outputs.insert(self.key(file), Output { sha256, reproducible });
+        Ok(())
+    }
+
+    fn stage(&mut self, name: &str, seconds: f64, cached: bool) {
+        self.record.stages.push(Stage { name: self.key(name), seconds, cached });
+    }
+
+    /// Blender's part: the bed as placed geometry, with the scene's own materials and view.
+    fn drop(
+        &mut self,
+        scene: &Scene,
+        packing: &Packing,
+        path: &Path,
+    ) -> Result<(Scene, PathBuf), Error> {
+        let step = Step::new(&self.key("drop"));
+        let blender = blender::find(self.options.blender.as_deref(), self.cache.root())?;
+        if let Some(warning) = blender.warning() {
+            step.say(&format!("warning: {warning}"));
+        }
+        for (name, version) in [
+            ("blender", blender.version.to_string()),
+            ("python", blender.python.clone()),
+            ("numpy", blender.numpy.clone()),
+        ] {
+            self.record.versions.insert(name.into(), version);
+        }
+        let scripts = Sha256::digest(serde_json::to_vec(SCRIPTS).expect("plain data"));
+        let materials: Vec<&str> = scene.materials.iter().map(|m| m.name.as_str()).collect();
+        let made_from = (
+            packing,
+            materials,
+            &blender.version,
+            &blender.numpy,
+            output::hex(&scripts),
+            self.options.patch_obj,
+        );
+        let log = self.place("blender.log");
+        let (made, cached) = self.cache.stage("drop", &made_from, |folder| {
+            drop_in_blender(&blender, scene, self.options, folder, &log, &step)
+        })?;
+        for file in output::list(&made)? {
+            output::copy(&made.join(&file), &self.place(&file))?;
+            if file != "scene.json" {
+                self.wrote(&file)?;
+            }
+        }
+        let placed = Scene::read(&made.join("scene.json"))?;
+        let mut placed = Scene { geometry: placed.geometry, ..scene.clone() };
+        self.bring_spectra(&mut placed, path)?;
+        let place = self.place("scene.json");
+        let mut text = serde_json::to_string_pretty(&placed).expect("plain data");
+        text.push('\n');
+        output::bytes(&place, text.as_bytes())?;
+        self.wrote("scene.json")?;
+        let seconds = step.done(if cached { "from the cache" } else { "Blender" });
+        self.stage("drop", seconds, cached);
+        Ok((placed, place))
+    }
+
+    /// Copies the spectra that a scene names beside the placed scene, so that it can stand alone.
+    fn bring_spectra(&mut self, scene: &mut Scene, path: &Path) -> Result<(), Error> {
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        for material in &mut scene.materials {
+            if let SpectrumSource::File(file) = &mut material.spectrum {
+                let from = folder.join(&file);
+                let name = format!("spectrum_{}.csv", material.name);
+                output::copy(&from, &self.place(&name))?;
+                let sum = output::sha256_hex(&from)?;
+                self.record.inputs.insert(from.display().to_string(), sum);
+                self.wrote(&name)?;
+                *file = name.into();
+            }
+        }
+        Ok(())
+    }
+
+    fn trace(
+        &mut self,
+        scene: &Scene,
+        path: &Path,
+        wavelengths_um: &[f64],
+        tracer: &mut Option<Tracer>,
+    ) -> Result<Table, Error> {
+        let step = Step::new(&self.key("trace"));
+        let sum = trace::scene_sha256(path, scene.placed(path)?)?;
+        let spectra = trace::materials(scene, path)?;
+        let target =
+            Target { tolerance: self.options.tolerance, max_paths: self.options.max_paths };
+        let made_from = (&sum, scene.seed, &spectra, &self.options.grid, &target);
+        let (made, cached) = self.cache.stage("trace", &made_from, |folder| {
+            let tracer = ready(tracer, scene, path)?;
+            let table = trace::trace(tracer, scene, path, wavelengths_um, target, &|done, of| {
+                step.at(done, of, "paths");
+            })?;
+            Ok(table.write(&folder.join("table.json"))?)
+        })?;
+        output::copy(&made.join("table.json"), &self.place("table.json"))?;
+        self.wrote("table.json")?;
+        let table = Table::read(&self.place("table.json"))?;
+        let note = if cached { "from the cache".into() } else { format!("{} paths", table.paths) };
+        let seconds = step.done(&note);
+        self.stage("trace", seconds, cached);
+        Ok(table)
+    }
+
+    fn signature(
+        &mut self,
+        scene: &Scene,
+        table: &Table,
+        wavelengths_um: &[f64],
+    ) -> Result<Vec<Band>, Error> {
+        let step = Step::new(&self.key("signature"));
+        let bands = signature::evaluate(table, wavelengths_um)?;
+        signature::write_csv(&bands, &self.place("signature.csv"))?;
+        self.wrote("signature.csv")?;
+        let chart = report::chart(&[(scene, table, &bands)], &self.record.versions);
+        report::draw(&chart, &self.place("signature"))?;
+        self.wrote("signature.svg")?;
+        self.wrote("signature.png")?;
+        let seconds = step.done(&format!("{} bands", bands.len()));
+        self.stage("signature", seconds, false);
+        Ok(bands)
+    }
+
+    fn picture(
+        &mut self,
+        scene: &Scene,
+        path: &Path,
+        table: &Table,
+        tracer: &mut Option<Tracer>,
+    ) -> Result<(), Error> {
+        let step = Step::new(&self.key("picture"));
+        let (made, cached) = self.cache.stage("picture", &table.scene_sha256, |folder| {
+            picture::write(ready(tracer, scene, path)?, &folder.join("patch.png"))
+        })?;
+        output::copy(&made.join("patch.png"), &self.place("patch.png"))?;
+        self.wrote("patch.png")?;
+        let seconds = step.done(if cached { "from the cache" } else { "" });
+        self.stage("picture", seconds, cached);
+        Ok(())
+    }
+
+    /// All coverages in one chart: the paper's Fig. 6.
+    fn draw_all(&mut self, curves: &[(Scene, Vec<Band>)]) -> Result<(), Error> {
+        let mut tables = Vec::new();
+        for (scene, _) in curves {
+            tables.push(Table::read(&self.out.join(&scene.name).join("table.json"))?);
+        }
+        let all: Vec<_> = curves
+            .iter()
+            .zip(&tables)
+            .map(|((scene, bands), table)| (scene, table, bands))
+            .collect();
+        let all: Vec<_> =
+            all.iter().map(|(scene, table, bands)| (*scene, *table, &bands[..])).collect();
+        report::draw(&report::chart(&all, &self.record.versions), &self.out.join("signatures"))?;
+        self.wrote("signatures.svg")?;
+        self.wrote("signatures.png")
+    }
+}
+
+fn ready<'a>(
+    tracer: &'a mut Option<Tracer>,
+    scene: &Scene,
+    path: &Path,
+) -> Result<&'a Tracer, Error> {
+    Ok(match tracer {
+        Some(tracer) => tracer,
+        None => tracer.insert(trace::tracer(scene, path)?),
+    })
+}
+
+/// Runs `drop.py`; its files, and Blender's log, are in `folder` afterwards. While it runs, and if it
+/// fails, the log is at `log`.
+fn drop_in_blender(
+    blender: &Blender,
+    scene: &Scene,
+    options: &Options,
+    folder: &Path,
+    log: &Path,
+    step: &Step,
+) -> Result<(), Error> {
+    let recipe = tempfile::tempdir()
+        .map_err(|source| output::OutputError { path: std::env::temp_dir(), source })?;
+    let input = recipe.path().join("scene.json");
+    output::bytes(&input, &serde_json::to_vec(scene).expect("plain data"))?;
+    let mut args: Vec<OsString> = vec!["--scene".into(), input.into()];
+    if options.patch_obj {
+        args.push("--patch-obj".into());
+    }
+    let time_limit = Duration::from_secs(options.blender_timeout_s);
+    let job = Job { script: "drop.py", args, out: folder, log, time_limit };
+    blender.run(&job, &mut |event| match event {
+        Event::Progress { stage, done, total } => step.at(*done, *total, stage),
+        Event::Warning { message } => step.say(&format!("warning: {message}")),
+        _ => {}
+    })?;
+    Ok(output::copy(log, &folder.join("blender.log"))?)
+}

@@ -1,0 +1,134 @@
+//! `run.json`: what was done, with what, and what came out; enough to do it again.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::Error;
+use crate::features::Features;
+use crate::output;
+use crate::pipeline::Options;
+
+/// The format's version, the value of `soilsig_run`.
+pub const FORMAT: u32 = 1;
+
+/// A record cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// The file cannot be read.
+    #[error("cannot read the record {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The file is not a record.
+    #[error("{}: {source}", path.display())]
+    Form {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, with line and column.
+        source: serde_json::Error,
+    },
+}
+
+/// One run of the pipeline.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Record {
+    /// Version of the format: 1.
+    pub soilsig_run: u32,
+    /// The command line.
+    pub command: Vec<String>,
+    /// What was asked, all of it.
+    pub options: Options,
+    /// soilsig and, where it ran, Blender, its Python and numpy.
+    pub versions: BTreeMap<String, String>,
+    /// Every seed used, by what it was for.
+    pub seeds: BTreeMap<String, u64>,
+    /// Files read, by path, with their SHA-256.
+    pub inputs: BTreeMap<String, String>,
+    /// Files written, by path below the result's folder.
+    pub outputs: BTreeMap<String, Output>,
+    /// The stages in their order.
+    pub stages: Vec<Stage>,
+    /// What was reached, by scene.
+    pub reached: BTreeMap<String, Reached>,
+}
+
+/// A file written.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Output {
+    /// SHA-256 of its content.
+    pub sha256: String,
+    /// Whether the same run gives the same bytes; logs and reports with timings do not.
+    pub reproducible: bool,
+}
+
+/// A stage of the pipeline.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stage {
+    /// Its name.
+    pub name: String,
+    /// Wall time, seconds.
+    pub seconds: f64,
+    /// Whether the result was there already.
+    pub cached: bool,
+}
+
+/// What a trace reached.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Reached {
+    /// Widest half-width of any band, emissivity, 95 %: the noise of the rays on this one packing.
+    pub half_width: f64,
+    /// Where it is, um.
+    pub widest_at_um: f64,
+    /// Half-width asked for.
+    pub tolerance: f64,
+    /// Whether it was reached.
+    pub tolerance_reached: bool,
+    /// Paths traced.
+    pub paths: u64,
+    /// Share of the sensor's view that each material fills.
+    pub seen_first: BTreeMap<String, f64>,
+    /// Share of paths that met nothing.
+    pub missed: f64,
+    /// Share of paths that left past the target's lower side.
+    pub escaped_downward: f64,
+    /// Share of paths given up.
+    pub trapped: f64,
+    /// Share of paths given up inside a solid; they are among the trapped.
+    pub inside: f64,
+    /// Most that any band's emissivity changes between a black and a white floor.
+    pub floor_effect: Option<f64>,
+    /// The curve's extrema and means.
+    pub features: Features,
+}
+
+impl Record {
+    /// Reads a record.
+    pub fn read(path: &Path) -> Result<Self, RecordError> {
+        let text = fs::read_to_string(path)
+            .map_err(|source| RecordError::Read { path: path.to_owned(), source })?;
+        serde_json::from_str(&text)
+            .map_err(|source| RecordError::Form { path: path.to_owned(), source })
+    }
+
+    /// Writes the record.
+    pub fn write(&self, path: &Path) -> Result<(), Error> {
+        let mut text = serde_json::to_string_pretty(self).expect("plain data");
+        text.push('\n');
+        Ok(output::bytes(path, text.as_bytes())?)
+    }
+
+    /// Whether every tolerance was reached.
+    pub fn tolerance_reached(&self) -> bool {
+        self.reached.values().all(|reached| reached.tolerance_reached)
+    }
+}

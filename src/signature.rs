@@ -1,0 +1,197 @@
+//! Emissivity and radiance of a traced bed, band by band (Eq. 1 to 3).
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::output::{self, OutputError};
+use crate::radiance;
+use crate::spectrum::{Spectrum, SpectrumError};
+use crate::table::{Table, Weight};
+
+/// Wavelengths at which a signature is evaluated.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    from_um: f64,
+    to_um: f64,
+    step_um: f64,
+}
+
+impl Grid {
+    /// The paper's: 7.5 to 14 um in steps of 10 nm, 651 bands.
+    pub const PAPER: Self = Self { from_um: 7.5, to_um: 14.0, step_um: 0.01 };
+
+    /// A grid from one wavelength to another, both in it if the step divides them; um. Refused with
+    /// the reason if it is empty or finer than a picometre.
+    pub fn new(from_um: f64, to_um: f64, step_um: f64) -> Result<Self, String> {
+        let all_finite = [from_um, to_um, step_um].iter().all(|x| x.is_finite());
+        if !all_finite || from_um <= 0.0 || to_um < from_um {
+            Err(format!("{from_um}-{to_um} um is not a range of wavelengths"))
+        } else if step_um < 1e-6 {
+            Err(format!("a step of {step_um} um is below a picometre"))
+        } else if (to_um - from_um) / step_um > 1e6 {
+            Err(format!("a step of {step_um} um makes over a million bands"))
+        } else {
+            Ok(Self { from_um, to_um, step_um })
+        }
+    }
+
+    /// The wavelengths, um, in whole picometres, so that 7.5 + 1.13 is 8.63 to the last digit.
+    pub fn wavelengths_um(&self) -> Vec<f64> {
+        let [from, to, step] =
+            [self.from_um, self.to_um, self.step_um].map(|um| (um * 1e6).round() as u64);
+        (from..=to).step_by(step as usize).map(|pm| pm as f64 / 1e6).collect()
+    }
+}
+
+/// One band of a signature. Radiance is in W m-2 sr-1 um-1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Band {
+    /// Wavelength, um.
+    pub wavelength_um: f64,
+    /// Emissivity of the bed.
+    pub emissivity: f64,
+    /// Its standard error, from the noise of the rays.
+    pub standard_error: f64,
+    /// Half-width of its 95 % interval, trapped paths included.
+    pub half_width: f64,
+    /// Radiance emitted.
+    pub l_emitted: f64,
+    /// Radiance reflected from the sky.
+    pub l_reflected: f64,
+    /// Radiance that leaves the target (Eq. 1).
+    pub l_target: f64,
+    /// Radiance of a black body at the scene's temperature.
+    pub l_blackbody: f64,
+    /// Radiance of the sky.
+    pub l_downwelling: f64,
+}
+
+/// The reflectance of each material at each wavelength.
+pub fn reflectances(
+    spectra: &[&Spectrum],
+    wavelengths_um: &[f64],
+) -> Result<Vec<Vec<f64>>, SpectrumError> {
+    wavelengths_um
+        .iter()
+        .map(|&um| spectra.iter().map(|spectrum| Ok(1.0 - spectrum.emissivity(um)?)).collect())
+        .collect()
+}
+
+/// Evaluates a table with its own spectra.
+pub fn evaluate(table: &Table, wavelengths_um: &[f64]) -> Result<Vec<Band>, SpectrumError> {
+    let spectra: Vec<&Spectrum> = table.materials.iter().map(|m| &m.spectrum).collect();
+    let reflectances = reflectances(&spectra, wavelengths_um)?;
+    Ok(wavelengths_um
+        .par_iter()
+        .zip(&reflectances)
+        .map(|(&wavelength_um, reflectance)| {
+            let weight = table.weight(reflectance);
+            band(wavelength_um, &weight, table.temperature_k, table.sky_temperature_k)
+        })
+        .collect())
+}
+
+/// A path emits with all the weight that it does not bring to the sky (the scene has one
+/// temperature), and reflects the sky with the rest.
+fn band(
+    wavelength_um: f64,
+    w: &Weight,
+    temperature_k: f64,
+    sky_temperature_k: Option<f64>,
+) -> Band {
+    let l_blackbody = radiance::planck(wavelength_um, temperature_k);
+    let l_downwelling =
+        sky_temperature_k.map_or(0.0, |sky_k| radiance::planck(wavelength_um, sky_k));
+    let l_emitted = (1.0 - w.mean) * l_blackbody;
+    let l_reflected = w.mean * l_downwelling;
+    Band {
+        wavelength_um,
+        emissivity: 1.0 - w.mean,
+        standard_error: w.standard_error,
+        half_width: w.half_width(),
+        l_emitted,
+        l_reflected,
+        l_target: radiance::l_target(l_emitted, l_reflected),
+        l_blackbody,
+        l_downwelling,
+    }
+}
+
+/// Headings of a signature's CSV file.
+pub const COLUMNS: [&str; 9] = [
+    "wavelength_um",
+    "emissivity",
+    "emissivity_standard_error",
+    "emissivity_half_width_95",
+    "l_emitted_w_m2_sr_um",
+    "l_reflected_w_m2_sr_um",
+    "l_target_w_m2_sr_um",
+    "l_target_standard_error_w_m2_sr_um",
+    "l_blackbody_w_m2_sr_um",
+];
+
+/// A signature as CSV.
+pub fn csv_text(bands: &[Band]) -> String {
+    let mut text = COLUMNS.join(",") + "\n";
+    for b in bands {
+        let l_error = b.standard_error * (b.l_blackbody - b.l_downwelling).abs();
+        let _ = write!(text, "{}", b.wavelength_um);
+        for value in [b.emissivity, b.standard_error, b.half_width] {
+            let _ = write!(text, ",{value:.7}");
+        }
+        for radiance in [b.l_emitted, b.l_reflected, b.l_target, l_error, b.l_blackbody] {
+            let _ = write!(text, ",{radiance:.7}");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Writes a signature as CSV.
+pub fn write_csv(bands: &[Band], path: &Path) -> Result<(), OutputError> {
+    output::bytes(path, csv_text(bands).as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_papers_grid_has_651_bands_in_round_numbers() {
+        let um = Grid::PAPER.wavelengths_um();
+        assert_eq!(um.len(), 651);
+        assert_eq!((um[0], um[113], um[650]), (7.5, 8.63, 14.0));
+    }
+
+    #[test]
+    fn grids_that_make_no_sense_are_refused() {
+        for (from, to, step) in [
+            (9.0, 8.0, 0.1),
+            (8.0, 9.0, 0.0),
+            (8.0, 9.0, -1.0),
+            (f64::NAN, 9.0, 0.1),
+            (-1.0, 9.0, 0.1),
+            (8.0, 9.0, 1e-9),
+        ] {
+            assert!(Grid::new(from, to, step).is_err(), "{from} {to} {step}");
+        }
+    }
+
+    /// The best self-test of the chain: in an isothermal scene under an isotropic sky the geometry drops
+    /// out of the retrieval.
+    #[test]
+    fn eq_2_and_eq_3_give_the_same_emissivity_under_any_sky() {
+        let w = Weight { mean: 0.237, standard_error: 1e-3, trapped: 0.0 };
+        for um in [7.5, 9.0, 14.0] {
+            for sky_k in [None, Some(3.0), Some(270.0), Some(299.0), Some(320.0)] {
+                let b = band(um, &w, 300.0, sky_k);
+                let retrieved = radiance::emissivity(b.l_target, b.l_blackbody, b.l_downwelling);
+                assert!((retrieved - 0.763).abs() < 1e-12, "{um} um, sky {sky_k:?}: {retrieved}");
+            }
+        }
+    }
+}

@@ -1,0 +1,330 @@
+//! Emissivity of a facet against wavelength, and where it comes from.
+
+use std::fmt;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+use serde::{Deserialize, Serialize};
+
+use crate::optics::{PowderForm, PowderParameters, UniaxialCrystal};
+use crate::scene::SpectrumSource;
+
+/// A spectrum cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum SpectrumError {
+    /// The file cannot be read.
+    #[error("cannot read the spectrum {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The file is not a spectrum.
+    #[error("{}, line {line}: {problem}", path.display())]
+    Form {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// What is wrong there.
+        problem: String,
+    },
+    /// There is no shipped spectrum of that name.
+    #[error("there is no shipped spectrum {0:?}")]
+    Unknown(String),
+    /// The spectrum does not hold the wavelength wanted.
+    #[error("the spectrum of {of} holds {}-{} um, and {wanted_um} um is wanted", held_um[0], held_um[1])]
+    Range {
+        /// The file or the name of the spectrum.
+        of: String,
+        /// The wavelength wanted, um.
+        wanted_um: f64,
+        /// Least and greatest wavelength held, um.
+        held_um: [f64; 2],
+    },
+}
+
+impl SpectrumError {
+    /// What the user can do about it.
+    pub fn hint(&self) -> Option<String> {
+        Some(match self {
+            Self::Unknown(_) => format!("there are {}", BUILTIN.map(|(name, _)| name).join(", ")),
+            Self::Form { .. } => "a spectrum is a CSV file of two columns, wavelength in um and \
+                                  emissivity from 0 to 1; one heading line may come first"
+                .into(),
+            Self::Range { held_um, .. } => {
+                format!("ask for a range within it: --range {}-{}", held_um[0], held_um[1])
+            }
+            Self::Read { .. } => return None,
+        })
+    }
+}
+
+const BUILTIN: [(&str, &str); 3] = [
+    ("quartz_fine", include_str!("../spectra/quartz_fine.json")),
+    ("quartz_medium", include_str!("../spectra/quartz_medium.json")),
+    ("quartz_coarse", include_str!("../spectra/quartz_coarse.json")),
+];
+
+static QUARTZ: LazyLock<UniaxialCrystal> = LazyLock::new(|| {
+    serde_json::from_str(include_str!("../spectra/quartz_constants.json"))
+        .expect("the shipped constants are read by a test")
+});
+
+/// The shipped optical constants of quartz.
+pub fn quartz() -> &'static UniaxialCrystal {
+    &QUARTZ
+}
+
+/// Emissivity against wavelength. As JSON it is whole in itself: a table that carries it can be
+/// evaluated where the spectrum's file is not at hand.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(into = "Stored", try_from = "Stored")]
+pub enum Spectrum {
+    /// The same at every wavelength.
+    Constant(f64),
+    /// Shipped closed form, by its name.
+    Builtin(String, Box<PowderForm>),
+    /// Points with straight lines between them.
+    Tabulated(Tabulated),
+}
+
+/// A spectrum as points, wavelengths ascending.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Tabulated {
+    /// The file that the points come from.
+    pub file: String,
+    /// Wavelengths, um, ascending, at least two.
+    pub wavelength_um: Vec<f64>,
+    /// Emissivity at each, 0 to 1.
+    pub emissivity: Vec<f64>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum Stored {
+    Constant(f64),
+    Builtin(String),
+    Tabulated(Tabulated),
+}
+
+impl From<Spectrum> for Stored {
+    fn from(spectrum: Spectrum) -> Self {
+        match spectrum {
+            Spectrum::Constant(value) => Self::Constant(value),
+            Spectrum::Builtin(name, _) => Self::Builtin(name),
+            Spectrum::Tabulated(points) => Self::Tabulated(points),
+        }
+    }
+}
+
+impl TryFrom<Stored> for Spectrum {
+    type Error = SpectrumError;
+    fn try_from(stored: Stored) -> Result<Self, SpectrumError> {
+        Ok(match stored {
+            Stored::Constant(value) => Self::Constant(value),
+            Stored::Builtin(name) => Self::builtin(&name)?,
+            Stored::Tabulated(points) => Self::Tabulated(points),
+        })
+    }
+}
+
+impl fmt::Display for Spectrum {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Constant(value) => write!(f, "{value} at every wavelength"),
+            Self::Builtin(name, form) => {
+                let p = &form.parameters;
+                write!(
+                    f,
+                    "{name}, {} (RMS {} over {}-{} um)",
+                    p.title, p.rms, p.range_um[0], p.range_um[1]
+                )
+            }
+            Self::Tabulated(points) => write!(f, "{}", points.file),
+        }
+    }
+}
+
+impl Spectrum {
+    /// Gets the spectrum that a scene names; files are relative to `folder`.
+    pub fn resolve(source: &SpectrumSource, folder: &Path) -> Result<Self, SpectrumError> {
+        match source {
+            SpectrumSource::Builtin(name) => Self::builtin(name),
+            SpectrumSource::Constant(value) => Ok(Self::Constant(*value)),
+            SpectrumSource::File(path) => read_csv(&folder.join(path)).map(Self::Tabulated),
+        }
+    }
+
+    /// A shipped spectrum by name.
+    pub fn builtin(name: &str) -> Result<Self, SpectrumError> {
+        let (_, text) = BUILTIN
+            .iter()
+            .find(|(known, _)| *known == name)
+            .ok_or_else(|| SpectrumError::Unknown(name.to_owned()))?;
+        let parameters: PowderParameters =
+            serde_json::from_str(text).expect("the shipped parameters are read by a test");
+        Ok(Self::Builtin(name.to_owned(), Box::new(PowderForm::new(quartz(), parameters))))
+    }
+
+    /// Least and greatest wavelength that the spectrum holds, um; `None` where there is no bound.
+    pub fn range_um(&self) -> Option<[f64; 2]> {
+        match self {
+            Self::Constant(_) => None,
+            Self::Builtin(_, form) => Some(form.parameters.range_um),
+            Self::Tabulated(points) => {
+                Some([points.wavelength_um[0], *points.wavelength_um.last()?])
+            }
+        }
+    }
+
+    /// Emissivity at a wavelength in um; an error outside the range held, never a guess.
+    pub fn emissivity(&self, wavelength_um: f64) -> Result<f64, SpectrumError> {
+        if let Some(held_um) = self.range_um()
+            && !(held_um[0]..=held_um[1]).contains(&wavelength_um)
+        {
+            let of = match self {
+                Self::Tabulated(points) => points.file.clone(),
+                Self::Builtin(name, _) => name.clone(),
+                Self::Constant(_) => String::new(),
+            };
+            return Err(SpectrumError::Range { of, wanted_um: wavelength_um, held_um });
+        }
+        Ok(match self {
+            Self::Constant(value) => *value,
+            Self::Builtin(_, form) => form.emissivity(wavelength_um),
+            Self::Tabulated(points) => points.interpolate(wavelength_um),
+        })
+    }
+}
+
+impl Tabulated {
+    fn interpolate(&self, um: f64) -> f64 {
+        let above =
+            self.wavelength_um.partition_point(|&x| x < um).clamp(1, self.wavelength_um.len() - 1);
+        let (x0, x1) = (self.wavelength_um[above - 1], self.wavelength_um[above]);
+        let (y0, y1) = (self.emissivity[above - 1], self.emissivity[above]);
+        y0 + (y1 - y0) * (um - x0) / (x1 - x0)
+    }
+}
+
+fn read_csv(path: &Path) -> Result<Tabulated, SpectrumError> {
+    let text = fs::read_to_string(path)
+        .map_err(|source| SpectrumError::Read { path: path.to_owned(), source })?;
+    let wrong =
+        |line: u64, problem: String| SpectrumError::Form { path: path.to_owned(), line, problem };
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .from_reader(text.as_bytes());
+    let mut points: Vec<(f64, f64, u64)> = Vec::new();
+    for (row, record) in reader.records().enumerate() {
+        let record = record.map_err(|error| {
+            wrong(error.position().map_or(0, csv::Position::line), error.to_string())
+        })?;
+        let line = record.position().map_or(0, csv::Position::line);
+        if record.len() != 2 {
+            return Err(wrong(line, format!("{} columns where two are wanted", record.len())));
+        }
+        match (record[0].parse::<f64>(), record[1].parse::<f64>()) {
+            (Ok(um), Ok(emissivity)) => {
+                if !(um.is_finite() && um > 0.0) {
+                    return Err(wrong(line, format!("{um} is not a wavelength in um")));
+                }
+                if !(0.0..=1.0).contains(&emissivity) {
+                    return Err(wrong(
+                        line,
+                        format!("an emissivity of {emissivity} is not within 0 to 1"),
+                    ));
+                }
+                points.push((um, emissivity, line));
+            }
+            (Err(_), Err(_)) if row == 0 => {}
+            _ => {
+                return Err(wrong(
+                    line,
+                    format!("{:?}, {:?} are not two numbers", &record[0], &record[1]),
+                ));
+            }
+        }
+    }
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    if points.len() < 2 {
+        return Err(wrong(1, "there must be at least two points".into()));
+    }
+    if let Some(pair) = points.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        return Err(wrong(pair[1].2, format!("the wavelength {} um stands twice", pair[0].0)));
+    }
+    Ok(Tabulated {
+        file: path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+        wavelength_um: points.iter().map(|point| point.0).collect(),
+        emissivity: points.iter().map(|point| point.1).collect(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn csv(content: &str) -> Result<Tabulated, SpectrumError> {
+        let file = tempfile::NamedTempFile::new().expect("temporary file");
+        std::fs::write(file.path(), content).expect("written");
+        read_csv(file.path())
+    }
+
+    #[test]
+    fn a_csv_spectrum_is_read_in_either_order_and_interpolated() {
+        for content in ["um,eps\n8,0.2\n10,0.6\n", "10, 0.6\n8, 0.2\n"] {
+            let spectrum = Spectrum::Tabulated(csv(content).expect("a spectrum"));
+            assert!((spectrum.emissivity(9.0).expect("in range") - 0.4).abs() < 1e-15);
+            assert!(spectrum.emissivity(10.0).is_ok());
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_in_a_csv_spectrum_is_named_with_its_line() {
+        for (content, line, part) in [
+            ("8,0.2\n9,NaN\n", 2, "within 0 to 1"),
+            ("8,0.2\n9,35\n", 2, "within 0 to 1"),
+            ("8,0.2\nx,0.3\n", 2, "not two numbers"),
+            ("8,0.2\n9,0.3,1\n", 2, "3 columns"),
+            ("8,0.2\n8,0.3\n", 2, "twice"),
+            ("-8,0.2\n8,0.3\n", 1, "not a wavelength"),
+            ("um,eps\n8,0.2\n", 1, "at least two"),
+        ] {
+            match csv(content) {
+                Err(SpectrumError::Form { line: at, problem, .. }) => {
+                    assert_eq!(at, line, "{content:?}: {problem}");
+                    assert!(problem.contains(part), "{content:?}: {problem}");
+                }
+                other => panic!("{content:?} gave {other:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn outside_its_range_a_spectrum_is_an_error_and_no_guess() {
+        let spectrum = Spectrum::builtin("quartz_fine").expect("shipped");
+        assert!(spectrum.emissivity(7.3).is_ok() && spectrum.emissivity(14.0).is_ok());
+        for um in [7.299, 14.001, f64::NAN] {
+            assert!(matches!(spectrum.emissivity(um), Err(SpectrumError::Range { .. })), "{um}");
+        }
+    }
+
+    #[test]
+    fn a_stored_spectrum_reads_back_the_same() {
+        let tabulated = csv("8,0.2\n10,0.6\n").expect("a spectrum");
+        for spectrum in [
+            Spectrum::Constant(0.3),
+            Spectrum::builtin("quartz_coarse").expect("shipped"),
+            Spectrum::Tabulated(tabulated),
+        ] {
+            let text = serde_json::to_string(&spectrum).expect("JSON");
+            assert_eq!(serde_json::from_str::<Spectrum>(&text).expect("the same JSON"), spectrum);
+        }
+    }
+}

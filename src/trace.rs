@@ -1,0 +1,98 @@
+//! From a placed scene to its bounce table.
+
+use std::path::Path;
+
+use sha2::{Digest, Sha256};
+
+use crate::error::Error;
+use crate::ingest;
+use crate::output::{self, OutputError};
+use crate::scene::{Placed, Scene};
+use crate::signature;
+use crate::spectrum::Spectrum;
+use crate::stop::{self, Target};
+use crate::table::{self, Stop, Table, TableError, TableMaterial};
+use crate::tracer::Tracer;
+
+/// Hits after which a path is given up. At a reflectance of .9 its weight is below 2e-6 by then, and
+/// what it still carries is part of the interval.
+pub const MAX_BOUNCES: u16 = 128;
+
+/// SHA-256 of a scene file and the meshes it names: what a table belongs to.
+pub fn scene_sha256(scene: &Path, placed: &Placed) -> Result<String, OutputError> {
+    let folder = scene.parent().unwrap_or(Path::new(""));
+    let mut sum = Sha256::new();
+    let mut files: Vec<_> = placed.prototypes.iter().map(|p| folder.join(&p.file)).collect();
+    files.sort_unstable();
+    files.dedup();
+    files.insert(0, scene.to_owned());
+    for file in files {
+        sum.update(output::sha256(&file)?);
+    }
+    Ok(output::hex(&sum.finalize()))
+}
+
+/// The materials of a scene with their spectra; files are relative to the scene file.
+pub fn materials(scene: &Scene, path: &Path) -> Result<Vec<TableMaterial>, Error> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    scene
+        .materials
+        .iter()
+        .map(|material| {
+            let spectrum = Spectrum::resolve(&material.spectrum, folder)?;
+            Ok(TableMaterial { name: material.name.clone(), spectrum, first_hits: 0 })
+        })
+        .collect()
+}
+
+/// Reads the meshes of a placed scene and makes them ready for tracing.
+pub fn tracer(scene: &Scene, path: &Path) -> Result<Tracer, Error> {
+    Ok(Tracer::new(ingest::load(scene, path)?, MAX_BOUNCES))
+}
+
+/// Traces a scene until the widest of the bands at `wavelengths_um` has its half-width.
+///
+/// `progress` is told how many paths are done and how many are wanted.
+pub fn trace(
+    tracer: &Tracer,
+    scene: &Scene,
+    path: &Path,
+    wavelengths_um: &[f64],
+    target: Target,
+    progress: &(dyn Fn(u64, u64) + Sync),
+) -> Result<Table, Error> {
+    let materials = materials(scene, path)?;
+    let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
+    let bands = signature::reflectances(&spectra, wavelengths_um)?;
+    let traced = stop::trace(tracer, scene.seed, &bands, target, progress)?;
+    if traced.tally.paths == traced.tally.missed {
+        return Err(TableError::Empty.into());
+    }
+    let mut table = Table {
+        soilsig_table: table::FORMAT,
+        scene: scene.name.clone(),
+        scene_sha256: scene_sha256(path, scene.placed(path)?)?,
+        temperature_k: scene.temperature_k,
+        sky_temperature_k: scene.sky_temperature_k,
+        view: scene.view,
+        seed: scene.seed,
+        max_bounces: MAX_BOUNCES,
+        materials,
+        stop: Stop {
+            tolerance: target.tolerance,
+            half_width: traced.half_width,
+            widest_at_um: wavelengths_um[traced.widest],
+            reached: traced.half_width <= target.tolerance,
+        },
+        paths: 0,
+        missed: 0,
+        escaped_downward: 0,
+        hits: 0,
+        inside: std::collections::BTreeMap::new(),
+        escaped: Vec::new(),
+        trapped: Vec::new(),
+    };
+    let names: Vec<&str> = tracer.bed().meshes.iter().map(|mesh| mesh.name.as_str()).collect();
+    table.count(&traced.tally, &names);
+    Ok(table)
+}

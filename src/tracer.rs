@@ -1,0 +1,240 @@
+//! Backward paths from the sensor into counts of hits per material.
+//!
+//! Facets are opaque and Lambertian and directions are drawn by the cosine, so a path does not
+//! depend on wavelength: one path serves every band.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use crate::bvh::{Accelerator, ROUNDING};
+use crate::error::Error;
+use crate::geometry::{Bed, Domain};
+use crate::interrupt;
+use crate::random::{Purpose, Source, Stream};
+use crate::scene::Sides;
+use crate::tally::Tally;
+
+/// Paths that one thread traces at a go. Fixed, so that the work is cut the same way for any number of
+/// threads.
+const BLOCK: u64 = 1024;
+
+/// Reflections at the domain's mirror sides between two hits after which a path is given up as
+/// trapped: a level ray through an empty gap could go on for ever.
+const MOST_MIRRORS: u32 = 10_000;
+
+/// A bed made ready for tracing.
+pub struct Tracer {
+    bed: Bed,
+    accelerator: Accelerator,
+    /// Distance by which a ray's origin is lifted off each mesh, um.
+    lift_um: Vec<f64>,
+    max_bounces: u16,
+}
+
+/// What became of a ray.
+///
+/// A ray is inside a solid if it meets a closed mesh from behind. The sensor is above everything, so that
+/// comes only of solids that overlap, or of a hit so near to where two touch that the lifted origin is in
+/// the other one.
+enum Event {
+    Hit { material: u16, point: DVec3, normal: DVec3 },
+    Inside { mesh: usize },
+    Sky { downward: bool },
+    Lost,
+}
+
+impl Tracer {
+    /// Builds the acceleration structure; a path that has hit `max_bounces` surfaces is given up as
+    /// trapped.
+    pub fn new(bed: Bed, max_bounces: u16) -> Self {
+        let accelerator = Accelerator::new(&bed);
+        // A hit lies on its triangle to double precision; the next ray's origin is rounded to single
+        // precision in the mesh's coordinates. Lifting it by the bound of that rounding keeps the ray
+        // from meeting its own surface and loses no gap wider than that.
+        let lift_um = bed
+            .placements
+            .iter()
+            .map(|placement| {
+                let extent = f64::from(bed.meshes[placement.mesh].extent_um());
+                let m = placement.to_scene.matrix3;
+                let scale = m.x_axis.length().max(m.y_axis.length()).max(m.z_axis.length());
+                extent * scale * ROUNDING
+            })
+            .collect();
+        Self { bed, accelerator, lift_um, max_bounces }
+    }
+
+    /// The bed that is traced.
+    pub fn bed(&self) -> &Bed {
+        &self.bed
+    }
+
+    /// The closest-hit structure.
+    pub fn accelerator(&self) -> &Accelerator {
+        &self.accelerator
+    }
+
+    /// Traces the paths of the numbers `first..first + paths`. `progress` is told how many paths
+    /// were done, from any thread.
+    pub fn trace(
+        &self,
+        seed: u64,
+        purpose: Purpose,
+        first: u64,
+        paths: u64,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<Tally, Error> {
+        let source = Source::new(seed, purpose);
+        let empty = || Tally::new(self.bed.materials, self.bed.meshes.len());
+        (0..paths.div_ceil(BLOCK))
+            .into_par_iter()
+            .map(|block| {
+                if interrupt::requested() {
+                    return Err(Error::Interrupted);
+                }
+                let mut tally = empty();
+                let start = first + block * BLOCK;
+                let end = (start + BLOCK).min(first + paths);
+                for number in start..end {
+                    self.path(&mut source.path(number), &mut tally);
+                }
+                progress(end - start);
+                Ok(tally)
+            })
+            .try_reduce(empty, |mut sum, part| {
+                sum.add(&part);
+                Ok(sum)
+            })
+    }
+
+    /// One path, from the sensor until it leaves for the sky or is given up.
+    fn path(&self, random: &mut Stream, tally: &mut Tally) {
+        let Domain { min_um: min, max_um: max, .. } = self.bed.domain;
+        let [u, v] = random.pair();
+        let mut origin =
+            DVec3::new(min.x + u * (max.x - min.x), min.y + v * (max.y - min.y), max.z);
+        let mut direction = -self.bed.to_sensor;
+        tally.begin();
+        loop {
+            match self.next(origin, direction) {
+                Event::Sky { downward } => return tally.escaped(downward),
+                Event::Lost => return tally.trapped(),
+                Event::Inside { mesh } => return tally.buried(mesh),
+                Event::Hit { material, point, normal } => {
+                    if tally.hit(material) >= self.max_bounces {
+                        return tally.trapped();
+                    }
+                    origin = point;
+                    direction = cosine_direction(normal, random.pair());
+                }
+            }
+        }
+    }
+
+    /// Follows a ray to the next surface, through the mirrors at the domain's sides.
+    fn next(&self, mut origin: DVec3, mut direction: DVec3) -> Event {
+        for _ in 0..MOST_MIRRORS {
+            let (t_exit, exit) = self.exit(origin, direction);
+            if let Some(hit) = self.accelerator.closest(origin, direction, t_exit) {
+                return self.at_mesh(hit.placement, hit.triangle, hit.weights, direction);
+            }
+            origin += t_exit * direction;
+            match exit {
+                Exit::Sky => return Event::Sky { downward: direction.z < 0.0 },
+                Exit::Floor(z_um, material) => {
+                    // The floor is above everything below it by decree: no lift is needed to stay off it.
+                    let point = DVec3::new(origin.x, origin.y, z_um);
+                    let normal = if direction.z < 0.0 { DVec3::Z } else { -DVec3::Z };
+                    return Event::Hit { material, point, normal };
+                }
+                Exit::Mirror { axis, at_um } => {
+                    origin[axis] = at_um;
+                    direction[axis] = -direction[axis];
+                }
+            }
+        }
+        Event::Lost
+    }
+
+    /// Where a ray that meets no mesh leaves the domain.
+    fn exit(&self, origin: DVec3, direction: DVec3) -> (f64, Exit) {
+        let Domain { min_um: min, max_um: max, sides, floor } = self.bed.domain;
+        let mut nearest = (f64::INFINITY, Exit::Sky);
+        if let Some((z_um, material)) = floor {
+            let t = (z_um - origin.z) / direction.z;
+            if t > 0.0 {
+                nearest = (t, Exit::Floor(z_um, material));
+            }
+        }
+        if sides == Sides::Mirror {
+            for axis in 0..3 {
+                if direction[axis] == 0.0 {
+                    continue;
+                }
+                let at_um = if direction[axis] > 0.0 { max[axis] } else { min[axis] };
+                let t = ((at_um - origin[axis]) / direction[axis]).max(0.0);
+                if t < nearest.0 {
+                    let exit = if axis == 2 { Exit::Sky } else { Exit::Mirror { axis, at_um } };
+                    nearest = (t, exit);
+                }
+            }
+        }
+        nearest
+    }
+
+    /// The hit point to double precision, lifted off the surface, and the normal on the ray's side.
+    fn at_mesh(
+        &self,
+        placement: usize,
+        triangle: usize,
+        [v, w]: [f32; 2],
+        direction: DVec3,
+    ) -> Event {
+        let place = &self.bed.placements[placement];
+        let mesh = &self.bed.meshes[place.mesh];
+        let corner = |i: usize| {
+            let vertex: Vec3 = mesh.vertices[mesh.triangles[triangle][i] as usize];
+            place.to_scene.transform_point3(vertex.as_dvec3())
+        };
+        let (a, b, c) = (corner(0), corner(1), corner(2));
+        let mirrored = place.to_scene.matrix3.determinant() < 0.0;
+        let outward = (b - a).cross(c - a).normalize() * if mirrored { -1.0 } else { 1.0 };
+        let behind = outward.dot(direction) > 0.0;
+        if behind && mesh.closed {
+            return Event::Inside { mesh: place.mesh };
+        }
+        let normal = if behind { -outward } else { outward };
+        let point = a + f64::from(v) * (b - a) + f64::from(w) * (c - a);
+        Event::Hit {
+            material: mesh.materials[triangle],
+            point: point + self.lift_um[placement] * normal,
+            normal,
+        }
+    }
+
+    /// What the sensor sees at a place of the domain's plan, for pictures: the material and the cosine
+    /// between the facet's normal and the direction to the sensor.
+    pub fn look(&self, x_um: f64, y_um: f64) -> Option<(u16, f64)> {
+        let origin = DVec3::new(x_um, y_um, self.bed.domain.max_um.z);
+        match self.next(origin, -self.bed.to_sensor) {
+            Event::Hit { material, normal, .. } => Some((material, normal.dot(self.bed.to_sensor))),
+            Event::Sky { .. } | Event::Lost | Event::Inside { .. } => None,
+        }
+    }
+}
+
+/// How a ray leaves the domain.
+enum Exit {
+    Sky,
+    Floor(f64, u16),
+    Mirror { axis: usize, at_um: f64 },
+}
+
+/// A direction about the normal with density cos / pi.
+fn cosine_direction(normal: DVec3, [u, v]: [f64; 2]) -> DVec3 {
+    let (tangent, bitangent) = normal.any_orthonormal_pair();
+    let (sin, cos) = (std::f64::consts::TAU * v).sin_cos();
+    let r = u.sqrt();
+    // u < 1, so the direction never lies in the surface.
+    (r * cos * tangent + r * sin * bitangent + (1.0 - u).sqrt() * normal).normalize()
+}
