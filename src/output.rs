@@ -115,3 +115,35 @@ fn open_permissions() -> fs::Permissions {
     use std::os::unix::fs::PermissionsExt;
     fs::Permissions::from_mode(0o666)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_write_that_fails_leaves_what_was_there_and_nothing_else() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("result.csv");
+        bytes(&path, b"whole").expect("written");
+        let full = file(&path, |writer| {
+            writer.write_all(b"hal")?;
+            Err(io::ErrorKind::StorageFull.into())
+        });
+        let error = full.expect_err("the disk is full");
+        assert!(error.to_string().contains("result.csv"));
+        assert!(error.hint().expect("a hint").contains("--out"));
+        assert_eq!(fs::read(&path).expect("still there"), b"whole");
+        assert_eq!(list(folder.path()).expect("a folder"), ["result.csv"]);
+    }
+
+    #[test]
+    fn results_may_be_read_by_others_as_the_umask_allows() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let (ours, plain) = (folder.path().join("ours"), folder.path().join("plain"));
+        bytes(&ours, b"").expect("written");
+        fs::write(&plain, b"").expect("written");
+        let mode = |path| fs::metadata(path).expect("a file").permissions().mode();
+        assert_eq!(mode(ours), mode(plain));
+    }
+}

@@ -115,7 +115,7 @@ pub const ONE_PACKING: &str = "The interval is the noise of the rays on this one
 pub fn words(record: &Record, out: &Path) -> String {
     let mut text = String::new();
     for (name, reached) in &record.reached {
-        let _ = writeln!(text, "{name}: {}", reached_words(reached));
+        let _ = write!(text, "{name}: {}", reached_words(reached));
     }
     text.push_str(ONE_PACKING);
     let seconds: f64 = record.stages.iter().map(|stage| stage.seconds).sum();

@@ -215,7 +215,7 @@ pub struct Drop {
 
 impl Default for Drop {
     fn default() -> Self {
-        Self { substeps: 10, iterations: 30, max_frames: 400 }
+        Self { substeps: 6, iterations: 30, max_frames: 400 }
     }
 }
 

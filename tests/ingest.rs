@@ -123,8 +123,8 @@ fn gltf_buffer() -> Vec<u8> {
 
 #[test]
 fn gltf_nodes_that_share_a_mesh_stay_instances_in_metres_with_y_up() {
-    let files: [(&str, &[u8]); 2] =
-        [("m.gltf", gltf("rock", 3).as_bytes()), ("m.bin", &gltf_buffer())].map(|(n, b)| (n, b));
+    let (text, buffer) = (gltf("rock", 3), gltf_buffer());
+    let files: [(&str, &[u8]); 2] = [("m.gltf", text.as_bytes()), ("m.bin", &buffer)];
     let bed = load(&files, r#"{"name": "m", "file": "m.gltf"}"#).expect("sound");
     assert_eq!((bed.meshes.len(), bed.placements.len()), (1, 2));
     let tips: Vec<f64> = bed

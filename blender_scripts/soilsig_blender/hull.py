@@ -12,8 +12,10 @@ _CHUNK = 250
 
 
 def reduced_hull(points, tolerance):
-    """The fewest-first points of a cloud whose hull reaches within `tolerance` of the full hull's
-    reach in every one of the directions."""
+    """Points whose hull reaches as far as that of all, to the tolerance, in every direction.
+
+    The point that is missed most is taken first.
+    """
     directions = _fibonacci(_DIRECTIONS)
     extreme = np.empty(_DIRECTIONS, int)
     for at in range(0, _DIRECTIONS, _CHUNK):
@@ -21,13 +23,11 @@ def reduced_hull(points, tolerance):
     candidates, extreme = np.unique(extreme, return_inverse=True)
     reach = points[candidates] @ directions.T
     full = reach.max(axis=0)
-    reached = np.full(_DIRECTIONS, -np.inf)
+    missing = np.full(_DIRECTIONS, np.inf)
     kept = []
-    while (worst := int(np.argmax(full - reached))) >= 0 and full[worst] - reached[
-        worst
-    ] > tolerance:
-        kept.append(extreme[worst])
-        reached = np.maximum(reached, reach[extreme[worst]])
+    while missing.max() > tolerance:
+        kept.append(extreme[np.argmax(missing)])
+        missing = np.minimum(missing, full - reach[kept[-1]])
     return points[candidates[sorted(kept)]]
 
 

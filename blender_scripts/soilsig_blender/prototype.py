@@ -144,6 +144,8 @@ def describe(prototype):
         "fines_asked": grain_class["fines"],
         "fines": {fine.name: int(n) for fine, n in zip(prototype.fines, kinds)},
         "layers": np.bincount(prototype.dust.layer)[1:].tolist(),
+        "facets": len(prototype.grain.facets),
+        "edge_radius_um": shape.edge_radius * grain_class["diameter_um"],
         "elongation": {"asked": shape.elongation, "reached": sides[1] / sides[0]},
         "flatness": {"asked": shape.flatness, "reached": sides[2] / sides[1]},
     }

@@ -1,0 +1,244 @@
+//! The program as a user meets it: exit statuses, messages, files written or not.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A folder of its own for each test, with a cache of its own.
+struct Place(TempDir);
+
+impl Place {
+    fn new() -> Self {
+        Self(tempfile::tempdir().expect("a temporary folder"))
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn soilsig(&self, args: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_soilsig"));
+        command.args(args).current_dir(self.0.path());
+        command.env("SOILSIG_CACHE", self.path("cache")).env_remove("SOILSIG_BLENDER");
+        command
+    }
+
+    /// Runs and expects that exit status; returns standard output and standard error.
+    fn run(&self, args: &[&str], status: i32) -> (String, String) {
+        let output = self.soilsig(args).output().expect("it runs");
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+        let (out, err) = (text(output.stdout), text(output.stderr));
+        assert_eq!(output.status.code(), Some(status), "{args:?}\n{out}\n{err}");
+        assert!(!err.contains("panicked"), "{err}");
+        (out, err)
+    }
+
+    /// Runs, expects a failure that leaves `out` alone, and returns the message.
+    fn refused(&self, args: &[&str], status: i32) -> String {
+        let (_, err) = self.run(args, status);
+        assert!(err.contains("error:"), "{err}");
+        err
+    }
+}
+
+fn shipped(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name).display().to_string()
+}
+
+#[test]
+fn trace_and_signature_turn_the_shipped_patch_into_a_curve() {
+    let place = Place::new();
+    let (out, _) =
+        place.run(&["trace", &shipped("settled_patch.json"), "--out", "t.json", "--json"], 0);
+    let reached: Value = serde_json::from_str(&out).expect("JSON");
+    assert!(reached["half_width"].as_f64().expect("a number") <= 0.005);
+    place.run(&["signature", "t.json", "--out", "s.csv", "--plot", "s.svg"], 0);
+    place.run(&["signature", "t.json", "--plot", "s.png"], 0);
+    let csv = fs::read_to_string(place.path("s.csv")).expect("written");
+    assert_eq!(csv.lines().count(), 652);
+    assert!(csv.starts_with("wavelength_um,emissivity,emissivity_standard_error,"));
+    assert!(fs::read_to_string(place.path("s.svg")).expect("written").starts_with("<svg"));
+    assert!(fs::read(place.path("s.png")).expect("written").starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn the_table_is_the_same_for_any_number_of_threads() {
+    let place = Place::new();
+    let mut tables = Vec::new();
+    for threads in ["1", "2", "16"] {
+        place.run(
+            &["trace", &shipped("settled_patch.json"), "--out", "t.json", "--threads", threads],
+            0,
+        );
+        tables.push(fs::read(place.path("t.json")).expect("written"));
+    }
+    assert!(tables.windows(2).all(|pair| pair[0] == pair[1]));
+}
+
+#[test]
+fn a_table_is_evaluated_with_other_spectra_without_tracing() {
+    let place = Place::new();
+    place.run(&["trace", &shipped("settled_patch.json"), "--out", "t.json"], 0);
+    let level = |spectra: &[&str]| {
+        let args = [&["signature", "t.json", "--range", "9-9"], spectra].concat();
+        let (out, _) = place.run(&args, 0);
+        let row = out.lines().nth(1).expect("a band").to_owned();
+        row.split(',').nth(1).expect("emissivity").parse::<f64>().expect("a number")
+    };
+    let black = ["--spectrum", "fine=1", "--spectrum", "coarse=1", "--spectrum", "floor=1"];
+    assert!((level(&black) - 1.0).abs() < 1e-12);
+    fs::write(place.path("mine.csv"), "8,0.2\n10,0.2\n").expect("written");
+    assert!(level(&["--spectrum", "fine=mine.csv"]) < level(&["--spectrum", "fine=0.9"]));
+    assert!(level(&["--spectrum", "fine=quartz_coarse"]) < level(&[]));
+}
+
+#[test]
+fn wrong_input_is_refused_with_file_place_and_remedy() {
+    let place = Place::new();
+    let patch = fs::read_to_string(shipped("settled_patch.json")).expect("shipped");
+    let write = |name: &str, text: &str| fs::write(place.path(name), text).expect("written");
+    write("misspelt.json", &patch.replacen("\"seed\"", "\"sead\"", 1));
+    write("cold.json", &patch.replacen("\"temperature_k\": 300", "\"temperature_k\": -3", 1));
+    write("gone.json", &patch);
+    write("torn.json", &patch[..patch.len() / 2]);
+    for (args, parts) in [
+        (
+            vec!["trace", "misspelt.json", "-o", "t.json"],
+            vec!["misspelt.json", "sead", "line", "schema scene"],
+        ),
+        (vec!["trace", "cold.json", "-o", "t.json"], vec!["cold.json", "temperature_k", "-3"]),
+        (vec!["trace", "gone.json", "-o", "t.json"], vec!["cannot read the mesh", ".obj"]),
+        (vec!["trace", "torn.json", "-o", "t.json"], vec!["torn.json", "line"]),
+        (vec!["trace", "absent.json", "-o", "t.json"], vec!["absent.json", "No such file"]),
+        (
+            vec!["trace", &shipped("sparse.json"), "-o", "t.json"],
+            vec!["packing", "pipeline --scene"],
+        ),
+        (vec!["signature", "torn.json"], vec!["torn.json", "soilsig trace"]),
+        (vec!["replay", "torn.json"], vec!["torn.json"]),
+        (
+            vec!["trace", &shipped("settled_patch.json"), "-o", "t.json", "--range", "7-14"],
+            vec!["quartz_", "7.3", "7 um", "--range"],
+        ),
+    ] {
+        let message = place.refused(&args, 3);
+        for part in parts {
+            assert!(message.contains(part), "{args:?} does not say {part:?}:\n{message}");
+        }
+    }
+    assert!(!place.path("t.json").exists());
+}
+
+#[test]
+fn a_wrong_command_line_says_what_there_is() {
+    let place = Place::new();
+    let message = place.refused(&["pipeline", "--coverage", "thick"], 2);
+    assert!(message.contains("thick") && message.contains("sparse"), "{message}");
+    for args in [
+        &["pipeline"][..],
+        &["trace", "a", "-o", "b", "--range", "9"],
+        &["trace", "a", "-o", "b", "--range", "9-8"],
+        &["trace", "a", "-o", "b", "--tolerance", "0"],
+        &["trace", "a", "-o", "b", "--threads", "0"],
+        &["signature", "t", "--step", "-1"],
+    ] {
+        place.refused(args, 2);
+    }
+}
+
+#[test]
+fn a_place_that_cannot_be_written_to_is_named() {
+    let place = Place::new();
+    fs::write(place.path("file"), "").expect("written");
+    let message = place.refused(&["trace", &shipped("settled_patch.json"), "-o", "file/t.json"], 1);
+    assert!(message.contains("file"), "{message}");
+}
+
+#[test]
+fn a_tolerance_that_the_caps_do_not_allow_has_its_own_status_and_a_result() {
+    let place = Place::new();
+    let (out, _) = place.run(
+        &[
+            "trace",
+            &shipped("settled_patch.json"),
+            "-o",
+            "t.json",
+            "--tolerance",
+            "1e-4",
+            "--max-paths",
+            "5000",
+        ],
+        4,
+    );
+    assert!(out.contains("not reached"), "{out}");
+    place.run(&["signature", "t.json"], 0);
+}
+
+#[test]
+fn the_pipeline_takes_placed_scenes_without_blender_and_replays_them() {
+    let place = Place::new();
+    let scene = shipped("settled_patch.json");
+    let args = ["pipeline", "--scene", &scene, "--out", "r", "--json"];
+    // A Blender that is none: it must not be looked for.
+    let run = |args: &[&str]| {
+        place.soilsig(args).env("SOILSIG_BLENDER", "/nowhere/blender").assert().success()
+    };
+    run(&args);
+    for file in
+        ["table.json", "signature.csv", "signature.svg", "signature.png", "patch.png", "run.json"]
+    {
+        assert!(place.path("r").join(file).is_file(), "{file}");
+    }
+    let again: Value =
+        serde_json::from_slice(&run(&args).get_output().stdout).expect("the record as JSON");
+    let cached = |name: &str| {
+        let stages = again["stages"].as_array().expect("stages");
+        stages.iter().any(|s| s["name"] == name && s["cached"] == true)
+    };
+    assert!(cached("trace") && cached("picture"), "{again}");
+    run(&["replay", "r/run.json"]);
+    // A result that was tampered with is found out.
+    let record = fs::read_to_string(place.path("r/run.json")).expect("written");
+    let record: Value = serde_json::from_str(&record).expect("JSON");
+    let sum = record["outputs"]["signature.csv"]["sha256"].as_str().expect("a sum");
+    let other = fs::read_to_string(place.path("r/run.json"))
+        .expect("written")
+        .replace(sum, &"0".repeat(64));
+    fs::write(place.path("r/run.json"), other).expect("written");
+    let (out, _) = place.run(&["replay", "r/run.json"], 5);
+    assert!(
+        out.contains("signature.csv: differs") && out.contains("table.json: the same"),
+        "{out}"
+    );
+}
+
+#[test]
+fn the_scene_schema_admits_the_shipped_scenes_and_refuses_unknown_keys() {
+    let place = Place::new();
+    let (out, _) = place.run(&["schema", "scene"], 0);
+    let schema: Value = serde_json::from_str(&out).expect("JSON");
+    let validator = jsonschema::validator_for(&schema).expect("a schema");
+    for name in ["full", "less", "sparse", "bare", "settled_patch"] {
+        let text = fs::read_to_string(shipped(&format!("{name}.json"))).expect("shipped");
+        let mut scene: Value = serde_json::from_str(&text).expect("JSON");
+        assert!(validator.is_valid(&scene), "{name}");
+        scene["sead"] = 1.into();
+        assert!(!validator.is_valid(&scene), "{name} with an unknown key");
+    }
+}
+
+#[test]
+fn completions_and_help_are_there() {
+    let place = Place::new();
+    for shell in ["bash", "zsh", "fish"] {
+        let (out, _) = place.run(&["completions", shell], 0);
+        assert!(out.contains("pipeline"), "{shell}");
+    }
+    let (out, _) = place.run(&["--help"], 0);
+    for command in ["pipeline", "trace", "signature", "replay", "doctor", "schema"] {
+        assert!(out.contains(command), "{command}");
+    }
+}
