@@ -4,11 +4,44 @@
 mod scenes;
 
 use std::fmt::Write as _;
+use std::fs;
 
-use scenes::Case;
 use soilsig::radiance;
 use soilsig::signature;
 use soilsig::table::Table;
+use tempfile::TempDir;
+
+/// A scene in a folder of its own.
+struct Case {
+    folder: TempDir,
+}
+
+impl Case {
+    /// An .obj file and a scene about it; `placed` is the JSON of `geometry.placed`, `emissivities` those
+    /// of the materials `m0`, `m1`, ...
+    fn new(obj: &str, placed: &str, emissivities: &[f64]) -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        fs::write(folder.path().join("mesh.obj"), obj).expect("written");
+        let materials: Vec<String> = emissivities
+            .iter()
+            .enumerate()
+            .map(|(i, e)| format!(r#"{{"name": "m{i}", "spectrum": {{"constant": {e}}}}}"#))
+            .collect();
+        let scene = format!(
+            r#"{{"soilsig_scene": 1, "name": "case", "seed": 1, "temperature_k": 300,
+                 "view": {{"zenith_deg": 0}}, "materials": [{}],
+                 "geometry": {{"placed": {placed}}}}}"#,
+            materials.join(",")
+        );
+        fs::write(folder.path().join("scene.json"), scene).expect("written");
+        Self { folder }
+    }
+
+    /// The scene's table, traced until the half-width is `tolerance`.
+    fn trace(&self, tolerance: f64) -> Table {
+        scenes::trace_file(&self.folder.path().join("scene.json"), 1, tolerance)
+    }
+}
 
 const ALONE: &str = r#"{"prototypes": [{"name": "mesh", "file": "mesh.obj"}]}"#;
 

@@ -32,6 +32,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Error> {
+    let wavelengths_um = args.bands.grid().wavelengths_um();
     let mut table = Table::read(&args.table)?;
     for given in &args.spectra {
         let Some((name, text)) = given.split_once('=') else {
@@ -49,7 +50,6 @@ pub fn run(args: &Args) -> Result<(), Error> {
         }
         table.temperature_k = temperature_k;
     }
-    let wavelengths_um = args.bands.grid().wavelengths_um();
     let bands = signature::evaluate(&table, &wavelengths_um)?;
     match &args.out {
         Some(path) => signature::write_csv(&bands, path)?,

@@ -31,11 +31,11 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Outcome {
+    let wavelengths_um = args.bands.grid().wavelengths_um();
     let mut scene = Scene::read(&args.scene)?;
     scene.seed = args.seed.unwrap_or(scene.seed);
     // A place that cannot be written to is known before the work, not after it.
     output::folder(args.out.parent().unwrap_or(std::path::Path::new("")))?;
-    let wavelengths_um = args.bands.grid().wavelengths_um();
     let target = Target { tolerance: args.enough.tolerance, max_paths: args.enough.max_paths };
     let step = Step::new("load");
     let tracer = trace::tracer(&scene, &args.scene)?;
