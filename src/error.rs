@@ -1,5 +1,7 @@
 //! What can go wrong, as the command line reports it: a message, a remedy, an exit status.
 
+use std::path::PathBuf;
+
 use crate::blender::BlenderError;
 use crate::ingest::IngestError;
 use crate::output::OutputError;
@@ -59,6 +61,16 @@ pub enum Error {
     /// A spectrum is wrong or does not reach as far as is wanted.
     #[error(transparent)]
     Spectrum(#[from] SpectrumError),
+    /// A material's spectrum is wrong.
+    #[error("{}: material {material:?}: {source}", scene.display())]
+    Material {
+        /// The scene file.
+        scene: PathBuf,
+        /// The material.
+        material: String,
+        /// What is wrong with its spectrum.
+        source: SpectrumError,
+    },
     /// A bounce table is wrong.
     #[error(transparent)]
     Table(#[from] TableError),
@@ -91,6 +103,7 @@ impl Error {
             Self::Scene(_)
             | Self::Ingest(_)
             | Self::Spectrum(_)
+            | Self::Material { .. }
             | Self::Table(_)
             | Self::Plot(_)
             | Self::Record(_) => Status::Input,
@@ -105,7 +118,7 @@ impl Error {
             Self::Output(error) => error.hint(),
             Self::Scene(error) => error.hint(),
             Self::Ingest(error) => error.hint(),
-            Self::Spectrum(error) => error.hint(),
+            Self::Spectrum(error) | Self::Material { source: error, .. } => error.hint(),
             Self::Table(error) => error.hint(),
             Self::Plot(error) => error.hint(),
             Self::Coverage { known, .. } => Some(format!("there are {known}, and all")),

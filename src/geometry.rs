@@ -84,7 +84,9 @@ impl Mesh {
         let closed = is_closed(&vertices, &triangles);
         let mut triangles = triangles;
         if closed && volume(&vertices, &triangles) < 0.0 {
-            triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+            for triangle in &mut triangles {
+                triangle.swap(1, 2);
+            }
         }
         (Self { name: name.to_owned(), vertices, triangles, materials, closed }, middle)
     }

@@ -14,7 +14,8 @@ struct Complex {
 impl Complex {
     fn square_root(self) -> Self {
         let modulus = self.re.hypot(self.im);
-        Self { re: ((modulus + self.re) / 2.0).sqrt(), im: ((modulus - self.re) / 2.0).sqrt() }
+        let part = |re: f64| f64::midpoint(modulus, re).sqrt();
+        Self { re: part(self.re), im: part(-self.re) }
     }
 }
 

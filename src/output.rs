@@ -38,6 +38,15 @@ fn at(path: &Path) -> impl FnOnce(io::Error) -> OutputError {
     move |source| OutputError { path, source }
 }
 
+/// Finds out before the work whether a file can be written there: makes its folder, refuses a
+/// folder in its place.
+pub fn may_write(path: &Path) -> Result<(), OutputError> {
+    if path.is_dir() {
+        return Err(at(path)(io::ErrorKind::IsADirectory.into()));
+    }
+    path.parent().map_or(Ok(()), folder)
+}
+
 /// Makes a folder and its parents.
 pub fn folder(path: &Path) -> Result<(), OutputError> {
     fs::create_dir_all(path).map_err(at(path))
@@ -107,7 +116,7 @@ pub fn remove(path: &Path) -> Result<(), OutputError> {
 
 /// Bytes in hexadecimal.
 pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+    bytes.iter().fold(String::new(), |text, byte| text + &format!("{byte:02x}"))
 }
 
 /// `rw` for all, less the user's umask: the temporary file's private mode is not for results.

@@ -25,12 +25,10 @@ const COLOURS: [[f64; 3]; 6] = [
 ];
 const SKY: [f64; 3] = [0.12, 0.15, 0.20];
 
-/// Draws the domain from the sensor, each facet in its material's colour and shaded by its slope,
+/// Draws what the sensor sees, each facet in its material's colour and shaded by its slope,
 /// as PNG with a scale bar of a whole number of millimetres or tenths.
 pub fn write(tracer: &Tracer, path: &Path) -> Result<(), Error> {
-    let domain = &tracer.bed().domain;
-    let (x0, y0) = (domain.min_um.x, domain.min_um.y);
-    let (dx, dy) = (domain.max_um.x - x0, domain.max_um.y - y0);
+    let [dx, dy] = tracer.view_um();
     let pixel_um = dx.max(dy) / f64::from(LONGER_SIDE);
     let pixels = |um: f64| ((um / pixel_um).round() as u32).max(1);
     let (width, height) = (pixels(dx), pixels(dy));
@@ -44,12 +42,12 @@ pub fn write(tracer: &Tracer, path: &Path) -> Result<(), Error> {
             for column in 0..width {
                 let mut sum = [0.0; 3];
                 for ray in 0..RAYS * RAYS {
-                    let place = |i: u32, sub: u32| {
-                        (f64::from(i) + (f64::from(sub) + 0.5) / f64::from(RAYS)) * pixel_um
+                    let place = |i: u32, sub: u32, of: u32| {
+                        (f64::from(i) + (f64::from(sub) + 0.5) / f64::from(RAYS)) / f64::from(of)
                     };
-                    let x = x0 + place(column, ray % RAYS);
-                    let y = y0 + dy - place(row, ray / RAYS);
-                    let (colour, light) = match tracer.look(x, y) {
+                    let x = place(column, ray % RAYS, width);
+                    let y = 1.0 - place(row, ray / RAYS, height);
+                    let (colour, light) = match tracer.look([x, y]) {
                         Some((material, cosine)) => {
                             (COLOURS[usize::from(material) % COLOURS.len()], 0.25 + 0.75 * cosine)
                         }

@@ -11,6 +11,7 @@ use sha2::{Digest, Sha256};
 use crate::blender::{self, Blender, Event, Job, SCRIPTS};
 use crate::cache::Cache;
 use crate::error::Error;
+use crate::ingest;
 use crate::output;
 use crate::picture;
 use crate::progress::Step;
@@ -18,6 +19,7 @@ use crate::record::{self, Output, Record, Stage};
 use crate::report;
 use crate::scene::{Packing, Scene, SceneGeometry, SpectrumSource};
 use crate::signature::{self, Band, Grid};
+use crate::spectrum::Spectrum;
 use crate::stop::Target;
 use crate::table::Table;
 use crate::trace;
@@ -93,8 +95,7 @@ pub fn run(
             for (name, text) in COVERAGES {
                 let scene = Scene::parse(text, Path::new(&format!("scenes/{name}.json")))?;
                 let mut run = Run { options, out, below: name, cache, record: &mut record };
-                let (scene, bands) = run.scene(scene, Path::new(name))?;
-                curves.push((scene, bands));
+                curves.push(run.scene(scene, Path::new(name))?);
             }
             let mut run = Run { options, out, below: "", cache, record: &mut record };
             run.draw_all(&curves)?;
@@ -129,36 +130,39 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn scene(&mut self, mut scene: Scene, path: &Path) -> Result<(Scene, Vec<Band>), Error> {
+    fn scene(&mut self, mut scene: Scene, path: &Path) -> Result<(Table, Vec<Band>), Error> {
         if let Some(seed) = self.options.seed {
             scene.seed = seed;
             if let SceneGeometry::Packing(packing) = &mut scene.geometry {
                 packing.seed = seed;
             }
         }
+        // Whatever is wrong with the spectra is known before Blender is started.
+        let wavelengths_um = self.options.grid.wavelengths_um();
+        let materials = trace::materials(&scene, path)?;
+        let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
+        signature::reflectances(&spectra, &wavelengths_um)?;
         self.record.seeds.insert(self.key("rays"), scene.seed);
         let (scene, path) = match scene.geometry.clone() {
             SceneGeometry::Packing(packing) => {
                 self.record.seeds.insert(self.key("packing"), packing.seed);
                 self.drop(&scene, &packing, path)?
             }
-            SceneGeometry::Placed(placed) => {
-                for prototype in &placed.prototypes {
-                    let file = path.parent().unwrap_or(Path::new("")).join(&prototype.file);
+            SceneGeometry::Placed(_) => {
+                for file in ingest::files(&scene, path)? {
                     let sum = output::sha256_hex(&file)?;
                     self.record.inputs.insert(file.display().to_string(), sum);
                 }
                 (scene, path.to_owned())
             }
         };
-        let wavelengths_um = self.options.grid.wavelengths_um();
         // Loaded only if a stage needs it: a run that finds everything in the cache does not.
         let mut tracer = None;
         let table = self.trace(&scene, &path, &wavelengths_um, &mut tracer)?;
         let bands = self.signature(&scene, &table, &wavelengths_um)?;
         self.picture(&scene, &path, &table, &mut tracer)?;
-        self.record.reached.insert(scene.name.clone(), report::reached(&table, &scene, &bands));
-        Ok((scene, bands))
+        self.record.reached.insert(scene.name.clone(), report::reached(&table, &bands));
+        Ok((table, bands))
     }
 
     /// A name in the record, told apart where there are several scenes.
@@ -238,10 +242,10 @@ impl Run<'_> {
     /// Copies the spectra that a scene names beside the placed scene, so that it can stand alone.
     fn bring_spectra(&mut self, scene: &mut Scene, path: &Path) -> Result<(), Error> {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-        for material in &mut scene.materials {
+        for (number, material) in scene.materials.iter_mut().enumerate() {
             if let SpectrumSource::File(file) = &mut material.spectrum {
                 let from = folder.join(&file);
-                let name = format!("spectrum_{}.csv", material.name);
+                let name = format!("spectrum_{number}.csv");
                 output::copy(&from, &self.place(&name))?;
                 let sum = output::sha256_hex(&from)?;
                 self.record.inputs.insert(from.display().to_string(), sum);
@@ -260,11 +264,11 @@ impl Run<'_> {
         tracer: &mut Option<Tracer>,
     ) -> Result<Table, Error> {
         let step = Step::new(&self.key("trace"));
-        let sum = trace::scene_sha256(path, scene.placed(path)?)?;
+        let sum = trace::scene_sha256(scene, path)?;
         let spectra = trace::materials(scene, path)?;
         let target =
             Target { tolerance: self.options.tolerance, max_paths: self.options.max_paths };
-        let made_from = (&sum, scene.seed, &spectra, &self.options.grid, &target);
+        let made_from = (program(), &sum, scene.seed, &spectra, &self.options.grid, &target);
         let (made, cached) = self.cache.stage("trace", &made_from, |folder| {
             let tracer = ready(tracer, scene, path)?;
             let table = trace::trace(tracer, scene, path, wavelengths_um, target, &|done, of| {
@@ -291,7 +295,8 @@ impl Run<'_> {
         let bands = signature::evaluate(table, wavelengths_um)?;
         signature::write_csv(&bands, &self.place("signature.csv"))?;
         self.wrote("signature.csv")?;
-        let chart = report::chart(&[(scene, table, &bands)], &self.record.versions);
+        let title = scene.description.as_ref().unwrap_or(&scene.name);
+        let chart = report::chart(title, &[(table, &bands)], &self.record.versions);
         report::draw(&chart, &self.place("signature"))?;
         self.wrote("signature.svg")?;
         self.wrote("signature.png")?;
@@ -308,7 +313,8 @@ impl Run<'_> {
         tracer: &mut Option<Tracer>,
     ) -> Result<(), Error> {
         let step = Step::new(&self.key("picture"));
-        let (made, cached) = self.cache.stage("picture", &table.scene_sha256, |folder| {
+        let made_from = (program(), &table.scene_sha256);
+        let (made, cached) = self.cache.stage("picture", &made_from, |folder| {
             picture::write(ready(tracer, scene, path)?, &folder.join("patch.png"))
         })?;
         output::copy(&made.join("patch.png"), &self.place("patch.png"))?;
@@ -319,22 +325,21 @@ impl Run<'_> {
     }
 
     /// All coverages in one chart: the paper's Fig. 6.
-    fn draw_all(&mut self, curves: &[(Scene, Vec<Band>)]) -> Result<(), Error> {
-        let mut tables = Vec::new();
-        for (scene, _) in curves {
-            tables.push(Table::read(&self.out.join(&scene.name).join("table.json"))?);
-        }
-        let all: Vec<_> = curves
-            .iter()
-            .zip(&tables)
-            .map(|((scene, bands), table)| (scene, table, bands))
-            .collect();
-        let all: Vec<_> =
-            all.iter().map(|(scene, table, bands)| (*scene, *table, &bands[..])).collect();
-        report::draw(&report::chart(&all, &self.record.versions), &self.out.join("signatures"))?;
+    fn draw_all(&mut self, curves: &[(Table, Vec<Band>)]) -> Result<(), Error> {
+        let curves: Vec<_> = curves.iter().map(|(table, bands)| (table, &bands[..])).collect();
+        let title = "Emissivity of quartz soil by its cover with fines";
+        let chart = report::chart(title, &curves, &self.record.versions);
+        report::draw(&chart, &self.out.join("signatures"))?;
         self.wrote("signatures.svg")?;
         self.wrote("signatures.png")
     }
+}
+
+/// What tells this build of the program from another: what it traced before is not taken for its own.
+fn program() -> Option<(u64, Duration)> {
+    let file = std::env::current_exe().and_then(std::fs::metadata).ok()?;
+    let age = file.modified().ok()?.duration_since(std::time::UNIX_EPOCH).ok()?;
+    Some((file.len(), age))
 }
 
 fn ready<'a>(

@@ -89,6 +89,8 @@ pub struct Reached {
     pub half_width: f64,
     /// Where it is, um.
     pub widest_at_um: f64,
+    /// What of it paths that were given up leave open.
+    pub trapped_half_width: f64,
     /// Half-width asked for.
     pub tolerance: f64,
     /// Whether it was reached.

@@ -9,20 +9,19 @@ use crate::features::features;
 use crate::output;
 use crate::plot::{self, Chart, Curve};
 use crate::record::{Reached, Record};
-use crate::scene::{Scene, SceneGeometry};
 use crate::signature::{Band, reflectances};
 use crate::spectrum::Spectrum;
 use crate::table::Table;
 
 /// Pixels of a PNG in one unit of the chart.
-const PIXELS_PER_UNIT: f32 = 2.0;
+pub const PIXELS_PER_UNIT: f32 = 2.0;
 
 /// Share of paths inside a solid from which the user is told. Where dust is seated flush some 1e-4 are
 /// lost in the crevices, to rounding; more tells of overlap.
 const INSIDE_NOTABLE: f64 = 1e-3;
 
 /// The numbers of a traced scene.
-pub fn reached(table: &Table, scene: &Scene, bands: &[Band]) -> Reached {
+pub fn reached(table: &Table, bands: &[Band]) -> Reached {
     let paths = table.paths as f64;
     let share = |count: u64| count as f64 / paths;
     let wavelengths: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
@@ -30,6 +29,7 @@ pub fn reached(table: &Table, scene: &Scene, bands: &[Band]) -> Reached {
     Reached {
         half_width: table.stop.half_width,
         widest_at_um: table.stop.widest_at_um,
+        trapped_half_width: table.stop.trapped,
         tolerance: table.stop.tolerance,
         tolerance_reached: table.stop.reached,
         paths: table.paths,
@@ -42,16 +42,15 @@ pub fn reached(table: &Table, scene: &Scene, bands: &[Band]) -> Reached {
         escaped_downward: share(table.escaped_downward),
         trapped: share(table.trapped.iter().map(|(_, count)| count).sum()),
         inside: share(table.inside.values().sum()),
-        floor_effect: floor_effect(table, scene, bands),
+        floor_effect: floor_effect(table, bands),
         features: features(&wavelengths, &emissivity),
     }
 }
 
 /// Most that any band changes between a black and a white floor: what is left of the tray in the
-/// result. `None` where there is no floor; an upper bound where grains share its material.
-fn floor_effect(table: &Table, scene: &Scene, bands: &[Band]) -> Option<f64> {
-    let SceneGeometry::Placed(placed) = &scene.geometry else { return None };
-    let floor = scene.material_index(&placed.domain.as_ref()?.floor.as_ref()?.material)?;
+/// result. `None` where there is no floor, or where something else is made of its material.
+fn floor_effect(table: &Table, bands: &[Band]) -> Option<f64> {
+    let floor = table.floor?;
     let wavelengths: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
     let spectra: Vec<&Spectrum> = table.materials.iter().map(|m| &m.spectrum).collect();
     let reflectances = reflectances(&spectra, &wavelengths).ok()?;
@@ -66,21 +65,21 @@ fn floor_effect(table: &Table, scene: &Scene, bands: &[Band]) -> Option<f64> {
     Some(effect.fold(0.0, f64::max))
 }
 
-/// The chart of one scene or of several.
-pub fn chart(scenes: &[(&Scene, &Table, &[Band])], versions: &BTreeMap<String, String>) -> Chart {
-    let curves: Vec<Curve> =
-        scenes.iter().map(|(scene, _, bands)| Curve::of(&scene.name, bands)).collect();
-    let (scene, table, _) = scenes[0];
-    let title = match scenes {
-        [_] => scene.description.clone().unwrap_or_else(|| scene.name.clone()),
-        _ => "Emissivity of quartz soil by its cover with fines".into(),
-    };
+/// The chart of one scene's signature or of several.
+pub fn chart(
+    title: &str,
+    signatures: &[(&Table, &[Band])],
+    versions: &BTreeMap<String, String>,
+) -> Chart {
+    let curves = signatures.iter().map(|(table, bands)| Curve::of(&table.scene, bands)).collect();
+    let (table, _) = signatures[0];
+    let paths = signatures.iter().map(|(table, _)| table.paths);
+    let (least, most) = (paths.clone().min().unwrap_or(0), paths.max().unwrap_or(0));
+    let paths = if least == most { format!("{least}") } else { format!("{least}-{most}") };
     let mut caption = vec![format!(
-        "Traced, Lambertian facets, {} K, view {}° from nadir, {} paths. The bands are the noise of \
-             the rays on one packing; packings differ by more.",
-        scene.temperature_k,
-        scene.view.zenith_deg,
-        scenes.iter().map(|(_, table, _)| table.paths).max().unwrap_or(0)
+        "Traced, Lambertian facets, {} K, view {}° from nadir, {paths} paths. The bands are the noise \
+         of the rays on one packing; packings differ by more.",
+        table.temperature_k, table.view.zenith_deg,
     )];
     let mut spectra: Vec<String> = Vec::new();
     for material in &table.materials {
@@ -90,12 +89,12 @@ pub fn chart(scenes: &[(&Scene, &Table, &[Band])], versions: &BTreeMap<String, S
         }
     }
     caption.push(format!("Facets: {}.", spectra.join("; ")));
-    let versions: Vec<String> = ["soilsig", "blender"]
+    let versions: Vec<String> = [("soilsig", "soilsig"), ("blender", "Blender")]
         .iter()
-        .filter_map(|name| Some(format!("{name} {}", versions.get(*name)?)))
+        .filter_map(|(key, name)| Some(format!("{name} {}", versions.get(*key)?)))
         .collect();
-    caption.push(format!("{}, seed {}", versions.join(", "), scene.seed));
-    Chart { title, caption, curves, mark_features: true }
+    caption.push(format!("{}, seed {}", versions.join(", "), table.seed));
+    Chart { title: title.to_owned(), caption, curves, mark_features: true }
 }
 
 /// Writes a chart as `STEM.svg` and `STEM.png`.
@@ -146,13 +145,27 @@ pub fn reached_words(r: &Reached) -> String {
         );
     }
     if let Some(effect) = r.floor_effect {
-        let _ = writeln!(text, "  the floor's material changes no band by more than {effect:.4}");
+        let _ = writeln!(
+            text,
+            "  between a black and a white floor no band changes by more than {effect:.4}"
+        );
     }
+    let _ = writeln!(
+        text,
+        "  {:.2} % of the paths were given up; what they leave open is {:.6} of the half-width",
+        100.0 * r.trapped,
+        r.trapped_half_width
+    );
     if !r.tolerance_reached {
-        let _ = writeln!(text, "  warning: the tolerance was not reached; raise --max-paths");
+        let remedy = if r.trapped_half_width < r.tolerance / 2.0 {
+            "raise --max-paths"
+        } else {
+            "paths that were given up leave too much open, and more paths do not help: reflectances are near 1"
+        };
+        let _ = writeln!(text, "  warning: the tolerance was not reached: {remedy}");
     }
     for (share, what) in [
-        (r.missed, "of the sensor's rays meet nothing and are left out: narrow the domain"),
+        (r.missed, "of the sensor's rays meet nothing and are left out"),
         (r.escaped_downward, "of the paths leave past the target's lower side: give it a floor"),
     ] {
         if share > 0.0 {

@@ -167,14 +167,34 @@ pub struct Packing {
     pub drop: Drop,
 }
 
+/// The five quartz shapes modelled after SEM images; each can have any diameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Shape {
+    /// A fresh splinter, the most elongated.
+    #[serde(rename = "fine_35")]
+    Fine35,
+    /// A splinter.
+    #[serde(rename = "fine_60")]
+    Fine60,
+    /// An angular grain.
+    #[serde(rename = "grain_500")]
+    Grain500,
+    /// A grain with its edges a little rounded.
+    #[serde(rename = "grain_640")]
+    Grain640,
+    /// The most equant grain, with the roundest edges.
+    #[serde(rename = "grain_853")]
+    Grain853,
+}
+
 /// One class of grains.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GrainClass {
     /// The class's name; its prototypes are called NAME_0, NAME_1, ...
     pub name: String,
-    /// Which of the modelled shapes: `grain_500`, `grain_640`, `grain_853`, `fine_35`, `fine_60`.
-    pub shape: String,
+    /// Which of the modelled shapes.
+    pub shape: Shape,
     /// Diameter of the sphere of equal volume, um.
     pub diameter_um: f64,
     /// The grain's material.
@@ -192,7 +212,7 @@ pub struct FineClass {
     /// The class's name.
     pub name: String,
     /// Which of the modelled shapes.
-    pub shape: String,
+    pub shape: Shape,
     /// Diameter of the sphere of equal volume, um.
     pub diameter_um: f64,
     /// The fine's material.

@@ -122,7 +122,7 @@ fn band(
 }
 
 /// Headings of a signature's CSV file.
-pub const COLUMNS: [&str; 9] = [
+pub const COLUMNS: [&str; 10] = [
     "wavelength_um",
     "emissivity",
     "emissivity_standard_error",
@@ -132,6 +132,7 @@ pub const COLUMNS: [&str; 9] = [
     "l_target_w_m2_sr_um",
     "l_target_standard_error_w_m2_sr_um",
     "l_blackbody_w_m2_sr_um",
+    "l_downwelling_w_m2_sr_um",
 ];
 
 /// A signature as CSV.
@@ -143,7 +144,9 @@ pub fn csv_text(bands: &[Band]) -> String {
         for value in [b.emissivity, b.standard_error, b.half_width] {
             let _ = write!(text, ",{value:.7}");
         }
-        for radiance in [b.l_emitted, b.l_reflected, b.l_target, l_error, b.l_blackbody] {
+        for radiance in
+            [b.l_emitted, b.l_reflected, b.l_target, l_error, b.l_blackbody, b.l_downwelling]
+        {
             let _ = write!(text, ",{radiance:.7}");
         }
         text.push('\n');

@@ -37,6 +37,8 @@ pub struct Traced {
     pub half_width: f64,
     /// The band that has it.
     pub widest: usize,
+    /// What of it trapped paths leave open.
+    pub trapped: f64,
 }
 
 /// Traces until every band, given as one reflectance for each material, has its half-width.
@@ -67,10 +69,10 @@ pub fn trace(
                 sum
             }
         };
-        let (half_width, widest, _) = widest(&so_far, bands);
+        let (half_width, widest, weight) = widest(&so_far, bands);
         let next = more(&so_far, bands, target).min(target.max_paths);
         if half_width <= target.tolerance || next <= so_far.paths {
-            return Ok(Traced { tally: so_far, half_width, widest });
+            return Ok(Traced { tally: so_far, half_width, widest, trapped: weight.trapped });
         }
         wanted = next;
         tally = Some(so_far);

@@ -76,6 +76,9 @@ pub struct Table {
     pub max_bounces: u16,
     /// What the counts stand for, in their order.
     pub materials: Vec<TableMaterial>,
+    /// Index of the floor's material, if nothing else is made of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub floor: Option<usize>,
     /// Why the trace ended where it did.
     pub stop: Stop,
     /// Paths traced.
@@ -118,6 +121,8 @@ pub struct Stop {
     pub widest_at_um: f64,
     /// Whether the tolerance was reached.
     pub reached: bool,
+    /// What of the half-width paths that were given up leave open: more paths do not lessen it.
+    pub trapped: f64,
 }
 
 /// Mean and spread of the weight that a path brings to the sky.

@@ -6,8 +6,8 @@ use sha2::{Digest, Sha256};
 
 use crate::error::Error;
 use crate::ingest;
-use crate::output::{self, OutputError};
-use crate::scene::{Placed, Scene};
+use crate::output;
+use crate::scene::Scene;
 use crate::signature;
 use crate::spectrum::Spectrum;
 use crate::stop::{self, Target};
@@ -19,14 +19,10 @@ use crate::tracer::Tracer;
 pub const MAX_BOUNCES: u16 = 128;
 
 /// SHA-256 of a scene file and the meshes it names: what a table belongs to.
-pub fn scene_sha256(scene: &Path, placed: &Placed) -> Result<String, OutputError> {
-    let folder = scene.parent().unwrap_or(Path::new(""));
+pub fn scene_sha256(scene: &Scene, path: &Path) -> Result<String, Error> {
     let mut sum = Sha256::new();
-    let mut files: Vec<_> = placed.prototypes.iter().map(|p| folder.join(&p.file)).collect();
-    files.sort_unstable();
-    files.dedup();
-    files.insert(0, scene.to_owned());
-    for file in files {
+    sum.update(output::sha256(path)?);
+    for file in ingest::files(scene, path)? {
         sum.update(output::sha256(&file)?);
     }
     Ok(output::hex(&sum.finalize()))
@@ -39,7 +35,10 @@ pub fn materials(scene: &Scene, path: &Path) -> Result<Vec<TableMaterial>, Error
         .materials
         .iter()
         .map(|material| {
-            let spectrum = Spectrum::resolve(&material.spectrum, folder)?;
+            let spectrum = Spectrum::resolve(&material.spectrum, folder).map_err(|source| {
+                let scene = path.to_owned();
+                Error::Material { scene, material: material.name.clone(), source }
+            })?;
             Ok(TableMaterial { name: material.name.clone(), spectrum, first_hits: 0 })
         })
         .collect()
@@ -48,6 +47,13 @@ pub fn materials(scene: &Scene, path: &Path) -> Result<Vec<TableMaterial>, Error
 /// Reads the meshes of a placed scene and makes them ready for tracing.
 pub fn tracer(scene: &Scene, path: &Path) -> Result<Tracer, Error> {
     Ok(Tracer::new(ingest::load(scene, path)?, MAX_BOUNCES))
+}
+
+/// The floor's material, if nothing else is made of it.
+fn floor_alone(tracer: &Tracer) -> Option<usize> {
+    let (_, floor) = tracer.bed().domain.floor?;
+    let shared = tracer.bed().meshes.iter().any(|mesh| mesh.materials.contains(&floor));
+    (!shared).then_some(floor.into())
 }
 
 /// Traces a scene until the widest of the bands at `wavelengths_um` has its half-width.
@@ -71,7 +77,7 @@ pub fn trace(
     let mut table = Table {
         soilsig_table: table::FORMAT,
         scene: scene.name.clone(),
-        scene_sha256: scene_sha256(path, scene.placed(path)?)?,
+        scene_sha256: scene_sha256(scene, path)?,
         temperature_k: scene.temperature_k,
         sky_temperature_k: scene.sky_temperature_k,
         view: scene.view,
@@ -83,7 +89,9 @@ pub fn trace(
             half_width: traced.half_width,
             widest_at_um: wavelengths_um[traced.widest],
             reached: traced.half_width <= target.tolerance,
+            trapped: traced.trapped,
         },
+        floor: floor_alone(tracer),
         paths: 0,
         missed: 0,
         escaped_downward: 0,

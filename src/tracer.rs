@@ -29,6 +29,40 @@ pub struct Tracer {
     /// Distance by which a ray's origin is lifted off each mesh, um.
     lift_um: Vec<f64>,
     max_bounces: u16,
+    footprint: Footprint,
+}
+
+/// The parallelogram from which the sensor's rays start.
+struct Footprint {
+    corner: DVec3,
+    right: DVec3,
+    up: DVec3,
+}
+
+impl Footprint {
+    /// Within mirror sides the plan of the domain at its top: the bed goes on beyond it, so any part of
+    /// its plan sees the same. In the open a rectangle across the line of sight that covers all of
+    /// the domain's box, so that the target is seen whole from any side.
+    fn new(domain: &Domain, to_sensor: DVec3) -> Self {
+        let (min, max) = (domain.min_um, domain.max_um);
+        let size = max - min;
+        if domain.sides == Sides::Mirror {
+            let corner = DVec3::new(min.x, min.y, max.z);
+            return Self { corner, right: size.x * DVec3::X, up: size.y * DVec3::Y };
+        }
+        let level = DVec3::Z.cross(to_sensor);
+        let right = if level.length() > 1e-9 { level.normalize() } else { DVec3::X };
+        let up = to_sensor.cross(right);
+        let middle = (min + max) / 2.0;
+        // Half the extent of the box along a unit vector.
+        let reach = |axis: DVec3| (size.dot(axis.abs())) / 2.0;
+        let corner = middle + reach(to_sensor) * to_sensor - reach(right) * right - reach(up) * up;
+        Self { corner, right: 2.0 * reach(right) * right, up: 2.0 * reach(up) * up }
+    }
+
+    fn at(&self, [u, v]: [f64; 2]) -> DVec3 {
+        self.corner + u * self.right + v * self.up
+    }
 }
 
 /// What became of a ray.
@@ -61,7 +95,8 @@ impl Tracer {
                 extent * scale * ROUNDING
             })
             .collect();
-        Self { bed, accelerator, lift_um, max_bounces }
+        let footprint = Footprint::new(&bed.domain, bed.to_sensor);
+        Self { bed, accelerator, lift_um, max_bounces, footprint }
     }
 
     /// The bed that is traced.
@@ -109,10 +144,7 @@ impl Tracer {
 
     /// One path, from the sensor until it leaves for the sky or is given up.
     fn path(&self, random: &mut Stream, tally: &mut Tally) {
-        let Domain { min_um: min, max_um: max, .. } = self.bed.domain;
-        let [u, v] = random.pair();
-        let mut origin =
-            DVec3::new(min.x + u * (max.x - min.x), min.y + v * (max.y - min.y), max.z);
+        let mut origin = self.footprint.at(random.pair());
         let mut direction = -self.bed.to_sensor;
         tally.begin();
         loop {
@@ -212,11 +244,15 @@ impl Tracer {
         }
     }
 
-    /// What the sensor sees at a place of the domain's plan, for pictures: the material and the cosine
-    /// between the facet's normal and the direction to the sensor.
-    pub fn look(&self, x_um: f64, y_um: f64) -> Option<(u16, f64)> {
-        let origin = DVec3::new(x_um, y_um, self.bed.domain.max_um.z);
-        match self.next(origin, -self.bed.to_sensor) {
+    /// Width and height of the sensor's view, um.
+    pub fn view_um(&self) -> [f64; 2] {
+        [self.footprint.right.length(), self.footprint.up.length()]
+    }
+
+    /// What the sensor sees at a place of its view, 0 to 1 from the left and from below: the material
+    /// and the cosine between the facet's normal and the direction to the sensor.
+    pub fn look(&self, place: [f64; 2]) -> Option<(u16, f64)> {
+        match self.next(self.footprint.at(place), -self.bed.to_sensor) {
             Event::Hit { material, normal, .. } => Some((material, normal.dot(self.bed.to_sensor))),
             Event::Sky { .. } | Event::Lost | Event::Inside { .. } => None,
         }

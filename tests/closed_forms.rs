@@ -37,6 +37,16 @@ impl Case {
         Self { folder }
     }
 
+    fn seen_from(self, zenith_deg: f64) -> Self {
+        let path = self.folder.path().join("scene.json");
+        let text = fs::read_to_string(&path).expect("written above");
+        let view = format!(r#""view": {{"zenith_deg": {zenith_deg}}}"#);
+        let text = text.replace(r#""view": {"zenith_deg": 0}"#, &view);
+        assert!(text.contains(&view));
+        fs::write(&path, text).expect("written");
+        self
+    }
+
     /// The scene's table, traced until the half-width is `tolerance`.
     fn trace(&self, tolerance: f64) -> Table {
         scenes::trace_file(&self.folder.path().join("scene.json"), 1, tolerance)
@@ -170,6 +180,23 @@ fn two_materials_are_told_apart_by_what_the_sensor_sees_first() {
     assert_near(&table, 0.75, 0.0);
     let share = table.materials[0].first_hits as f64 / table.paths as f64;
     assert!((share - 0.5).abs() < 0.01, "{share}");
+}
+
+/// A body in the open is seen whole from any side: of a sphere whose eastern half is of one material,
+/// (1 + sin z) / 2 is seen from the east at zenith z.
+#[test]
+fn an_oblique_view_sees_the_whole_body() {
+    // The sphere of the cavities, laid on its side: its lower part looks east.
+    let lower_is_east = r#"{"prototypes": [{"name": "mesh", "file": "mesh.obj"}],
+        "instances": [{"prototype": "mesh", "transform": [0,0,-1,0, 0,1,0,0, 1,0,0,0]}]}"#;
+    for zenith_deg in [0.0, 45.0, 60.0_f64] {
+        let case = Case::new(&sphere(0.0, 0.5), lower_is_east, &[0.2, 0.9]).seen_from(zenith_deg);
+        let table = case.trace(0.002);
+        let east = table.materials[1].first_hits as f64 / table.met() as f64;
+        let exact = f64::midpoint(1.0, zenith_deg.to_radians().sin());
+        let error = (exact * (1.0 - exact) / table.met() as f64).sqrt();
+        assert!((east - exact).abs() < 4.0 * error + 1e-4, "{zenith_deg}: {east}, exact {exact}");
+    }
 }
 
 /// The mirror sides of a domain are the infinite bed of mirror images: a scene and its explicit mirror

@@ -54,6 +54,23 @@ fn broken_obj_files_are_refused_with_file_place_and_problem() {
 }
 
 #[test]
+fn convex_faces_are_cut_into_triangles_and_concave_ones_refused() {
+    let five = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 %Y 0\nv 0 2 0\nusemtl rock\nf 1 2 3 4 5\n";
+    let bed = obj(&five.replace("%Y", "3")).expect("a convex face");
+    assert_eq!(bed.meshes[0].triangles.len(), 3);
+    let error = obj(&five.replace("%Y", "0.5")).expect_err("a concave face");
+    assert!(error.to_string().contains("not convex"), "{error}");
+    let tab = obj(&five.replace("%Y", "3").replace("usemtl rock", "usemtl\trock"));
+    assert!(tab.is_ok(), "a tab before the material's name");
+}
+
+#[test]
+fn files_of_other_kinds_are_refused() {
+    let error = load(&[("m.stl", b"solid")], r#"{"name": "m", "file": "m.stl"}"#).expect_err("no");
+    assert!(error.to_string().contains(".obj, .gltf and .glb"), "{error}");
+}
+
+#[test]
 fn faces_of_an_unknown_material_are_refused_with_the_names_known() {
     let unknown = obj(&format!("{SQUARE}usemtl moss\nf 1 2 3\n")).expect_err("unknown");
     assert!(

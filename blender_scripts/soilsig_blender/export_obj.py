@@ -8,7 +8,7 @@ import numpy as np
 
 
 def write_prototypes(path, prototypes):
-    with open(path, "w", encoding="ascii", newline="\n") as out:
+    with open(path, "w", encoding="utf-8", newline="\n") as out:
         out.write("# micrometres, z up\nmtllib prototypes.mtl\n")
         first = 1
         for prototype in prototypes:
@@ -36,7 +36,7 @@ def _write_object(out, prototype, pose, first):
 
 def write_patch(path, prototypes, prototype_of, poses):
     """The settled bed flat, every grain where it lies."""
-    with open(path, "w", encoding="ascii", newline="\n") as out:
+    with open(path, "w", encoding="utf-8", newline="\n") as out:
         out.write("# micrometres, z up\nmtllib prototypes.mtl\n")
         first = 1
         for i, (p, pose) in enumerate(zip(prototype_of, np.asarray(poses))):

@@ -68,7 +68,11 @@ pub fn run(args: &Args, cache: &Cache) -> Outcome {
         max_paths: args.enough.max_paths,
         grid: args.bands.grid(),
         patch_obj: args.patch_obj,
-        blender: args.blender.clone(),
+        // A path is made absolute, so that the record holds elsewhere; a name is looked up on PATH.
+        blender: args.blender.as_ref().map(|path| match path.components().count() {
+            1 => path.clone(),
+            _ => std::path::absolute(path).unwrap_or(path.clone()),
+        }),
         blender_timeout_s: args.blender_timeout,
     };
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(name));

@@ -1,12 +1,13 @@
 //! `soilsig signature`: a bounce table into emissivity and radiance.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use soilsig::error::Error;
 use soilsig::scene::SpectrumSource;
 use soilsig::spectrum::Spectrum;
-use soilsig::table::{Table, Z_95};
-use soilsig::{output, plot, signature};
+use soilsig::table::Table;
+use soilsig::{output, plot, report, signature};
 
 use super::{Bands, print, usage};
 
@@ -33,6 +34,7 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Result<(), Error> {
     let wavelengths_um = args.bands.grid().wavelengths_um();
+    let format = args.plot.as_deref().map(Format::of);
     let mut table = Table::read(&args.table)?;
     for given in &args.spectra {
         let Some((name, text)) = given.split_once('=') else {
@@ -55,23 +57,32 @@ pub fn run(args: &Args) -> Result<(), Error> {
         Some(path) => signature::write_csv(&bands, path)?,
         None => print(&signature::csv_text(&bands)),
     }
-    if let Some(path) = &args.plot {
-        let svg = plot::emissivity_svg(&plot::Chart {
-            title: table.scene.clone(),
-            caption: vec![format!(
-                "{} paths; the bands are the noise of the rays on one packing (±{Z_95:.2} standard errors)",
-                table.paths
-            )],
-            curves: vec![plot::Curve::of(&table.scene, &bands)],
-            mark_features: true,
-        })?;
-        if path.extension().is_some_and(|ext| ext.eq_ignore_ascii_case("svg")) {
-            output::bytes(path, svg.as_bytes())?;
-        } else {
-            output::bytes(path, &plot::png(&svg, 2.0)?)?;
+    if let (Some(path), Some(format)) = (&args.plot, format) {
+        let versions = BTreeMap::from([("soilsig".into(), env!("CARGO_PKG_VERSION").into())]);
+        let svg =
+            plot::emissivity_svg(&report::chart(&table.scene, &[(&table, &bands)], &versions))?;
+        match format {
+            Format::Svg => output::bytes(path, svg.as_bytes())?,
+            Format::Png => output::bytes(path, &plot::png(&svg, report::PIXELS_PER_UNIT)?)?,
         }
     }
     Ok(())
+}
+
+enum Format {
+    Svg,
+    Png,
+}
+
+impl Format {
+    fn of(path: &Path) -> Self {
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        match ending.as_str() {
+            "svg" => Self::Svg,
+            "png" => Self::Png,
+            _ => usage(&format!("{}: charts are written as .svg or .png", path.display())),
+        }
+    }
 }
 
 fn source(text: &str) -> SpectrumSource {

@@ -35,7 +35,7 @@ pub fn run(args: &Args) -> Outcome {
     let mut scene = Scene::read(&args.scene)?;
     scene.seed = args.seed.unwrap_or(scene.seed);
     // A place that cannot be written to is known before the work, not after it.
-    output::folder(args.out.parent().unwrap_or(std::path::Path::new("")))?;
+    output::may_write(&args.out)?;
     let target = Target { tolerance: args.enough.tolerance, max_paths: args.enough.max_paths };
     let step = Step::new("load");
     let tracer = trace::tracer(&scene, &args.scene)?;
@@ -48,7 +48,7 @@ pub fn run(args: &Args) -> Outcome {
     table.write(&args.out)?;
     step.done(&format!("{} paths, {} hits", table.paths, table.hits));
     let bands = signature::evaluate(&table, &wavelengths_um).map_err(Error::from)?;
-    let reached = report::reached(&table, &scene, &bands);
+    let reached = report::reached(&table, &bands);
     if args.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&reached).expect("plain data")));
     } else {

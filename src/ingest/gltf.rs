@@ -1,12 +1,33 @@
 //! glTF 2.0, text or binary, through the gltf crate; nodes that share a mesh stay instances.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DMat4, DVec3, Mat4};
 
 use super::{IngestError, Materials};
 use crate::geometry::Mesh;
+
+/// Files beside a glTF file that hold its buffers.
+pub(super) fn buffer_files(path: &Path) -> Result<Vec<PathBuf>, IngestError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let file = open(path)?;
+    let outside = file.document.buffers().filter_map(|buffer| match buffer.source() {
+        gltf::buffer::Source::Uri(uri) if !uri.starts_with("data:") => Some(folder.join(uri)),
+        _ => None,
+    });
+    Ok(outside.collect())
+}
+
+fn open(path: &Path) -> Result<gltf::Gltf, IngestError> {
+    let bytes = std::fs::read(path)
+        .map_err(|source| IngestError::Read { path: path.to_owned(), source })?;
+    gltf::Gltf::from_slice(&bytes).map_err(|error| IngestError::Broken {
+        path: path.to_owned(),
+        place: "the file".into(),
+        problem: error.to_string(),
+    })
+}
 
 /// The meshes below the named node, or of the whole default scene, each with its places.
 pub(super) fn read(
@@ -21,9 +42,7 @@ pub(super) fn read(
         place: place.to_owned(),
         problem,
     };
-    let bytes = std::fs::read(path)
-        .map_err(|source| IngestError::Read { path: path.to_owned(), source })?;
-    let file = gltf::Gltf::from_slice(&bytes).map_err(|e| broken("the file", e.to_string()))?;
+    let file = open(path)?;
     let buffers = gltf::import_buffers(&file.document, path.parent(), file.blob)
         .map_err(|e| broken("its buffers", e.to_string()))?;
     let document = file.document;

@@ -4,6 +4,7 @@ mod gltf;
 mod obj;
 
 use std::collections::{BTreeMap, HashMap};
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DVec3};
@@ -24,6 +25,12 @@ pub enum IngestError {
         path: PathBuf,
         /// What the system said.
         source: std::io::Error,
+    },
+    /// The file is of no kind that can be read.
+    #[error("{}: meshes are read from .obj, .gltf and .glb files", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
     },
     /// The file is broken.
     #[error("{}: {place}: {problem}", path.display())]
@@ -79,8 +86,11 @@ impl IngestError {
                 "name it under \"materials\" in the scene, or give the prototype a \"material\": {}",
                 listed(known)
             ),
-            Self::Broken { .. } => "export the mesh again, or mend it in Blender".into(),
+            Self::Broken { .. } => {
+                "export the mesh again as triangles, or mend it in Blender".into()
+            }
             Self::Empty { .. } => "compare the domain with where the instances stand".into(),
+            Self::Format { .. } => "export the mesh as .obj or .glb, with Blender for one".into(),
             Self::Read { .. } => return None,
         })
     }
@@ -161,6 +171,42 @@ pub fn load(scene: &Scene, path: &Path) -> Result<Bed, IngestError> {
     })
 }
 
+/// All mesh files of a placed scene, those that glTF files refer to as well.
+pub fn files(scene: &Scene, path: &Path) -> Result<Vec<PathBuf>, IngestError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut files = Vec::new();
+    for prototype in &scene.placed(path)?.prototypes {
+        let file = folder.join(&prototype.file);
+        if Format::of(&file)? == Format::Gltf {
+            files.extend(gltf::buffer_files(&file)?);
+        }
+        files.push(file);
+    }
+    files.sort_unstable();
+    files.dedup();
+    match files.iter().find_map(|file| Some((file, File::open(file).err()?))) {
+        Some((file, source)) => Err(IngestError::Read { path: file.clone(), source }),
+        None => Ok(files),
+    }
+}
+
+#[derive(PartialEq)]
+enum Format {
+    Obj,
+    Gltf,
+}
+
+impl Format {
+    fn of(file: &Path) -> Result<Self, IngestError> {
+        let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        match ending.as_str() {
+            "obj" => Ok(Self::Obj),
+            "gltf" | "glb" => Ok(Self::Gltf),
+            _ => Err(IngestError::Format { path: file.to_owned() }),
+        }
+    }
+}
+
 type ObjFiles = HashMap<PathBuf, obj::ObjFile>;
 
 /// The meshes of one prototype, each with the places at which its file has it.
@@ -172,9 +218,7 @@ fn read_prototype(
 ) -> Result<Vec<(Mesh, Vec<DAffine3>)>, IngestError> {
     let path = folder.join(&prototype.file);
     let materials = Materials { scene, instead: prototype.material.as_deref() };
-    let is_gltf = path
-        .extension()
-        .is_some_and(|ext| ext.eq_ignore_ascii_case("gltf") || ext.eq_ignore_ascii_case("glb"));
+    let is_gltf = Format::of(&path)? == Format::Gltf;
     let unit_um = prototype.unit_um.unwrap_or(if is_gltf { 1e6 } else { 1.0 });
     let up = prototype.up.unwrap_or(if is_gltf { UpAxis::Y } else { UpAxis::Z });
     let turn = match up {

@@ -23,14 +23,16 @@ impl ObjFile {
     pub(super) fn read(path: &Path) -> Result<Self, IngestError> {
         let text =
             fs::read(path).map_err(|source| IngestError::Read { path: path.to_owned(), source })?;
-        let text = String::from_utf8_lossy(&text);
+        // tobj knows a material's name after a space only.
+        let text = String::from_utf8_lossy(&text).replace('\t', " ");
         let broken =
             |(place, problem)| IngestError::Broken { path: path.to_owned(), place, problem };
         // Only the names of the materials matter here, and tobj keeps them only where it finds
         // them in a .mtl file: it is told of them, so that no .mtl need be there.
         let materials: Vec<String> = text
             .lines()
-            .filter_map(|line| line.trim_start().strip_prefix("usemtl "))
+            .filter_map(|line| line.trim_start().strip_prefix("usemtl"))
+            .filter_map(|rest| rest.strip_prefix(char::is_whitespace))
             .map(|name| name.trim().to_owned())
             .collect::<BTreeSet<_>>()
             .into_iter()
@@ -44,7 +46,7 @@ impl ObjFile {
             Ok((materials.iter().map(named).collect(), places.collect()))
         };
         let options = tobj::LoadOptions {
-            triangulate: true,
+            triangulate: false,
             ignore_points: true,
             ignore_lines: true,
             ..Default::default()
@@ -97,11 +99,19 @@ impl ObjFile {
                     .chunks_exact(3)
                     .map(|p| turn * DVec3::new(p[0].into(), p[1].into(), p[2].into()) * unit_um),
             );
-            faces.extend(
-                mesh.indices
-                    .chunks_exact(3)
-                    .map(|f| ([f[0] + first, f[1] + first, f[2] + first], material)),
-            );
+            for polygon in polygons(mesh) {
+                let corners: Vec<u32> = polygon.iter().map(|i| i + first).collect();
+                let triangles = fan(&corners, &points).ok_or_else(|| IngestError::Broken {
+                    path: path.to_owned(),
+                    place: format!("object {:?}", model.name),
+                    problem: format!(
+                        "a face of {} corners, the first of them {}, is not convex",
+                        corners.len(),
+                        points[corners[0] as usize] / unit_um
+                    ),
+                })?;
+                faces.extend(triangles.into_iter().map(|triangle| (triangle, material)));
+            }
         }
         let (mesh, middle) = Mesh::new(name, &points, faces.into_iter());
         if mesh.triangles.is_empty() {
@@ -113,6 +123,38 @@ impl ObjFile {
         }
         Ok((mesh, DAffine3::from_translation(middle)))
     }
+}
+
+/// The corners of each face.
+fn polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = &[u32]> {
+    let mut rest = &mesh.indices[..];
+    // No arities at all stand for triangles throughout.
+    let triangles = if mesh.face_arities.is_empty() { mesh.indices.len() / 3 } else { 0 };
+    let arities = mesh.face_arities.iter().copied().chain(std::iter::repeat_n(3, triangles));
+    arities.map(move |arity| {
+        let (polygon, others) = rest.split_at(arity as usize);
+        rest = others;
+        polygon
+    })
+}
+
+/// A convex face as triangles about its first corner; `None` if it is concave, where such triangles would
+/// cover other ground than the face.
+fn fan(corners: &[u32], points: &[DVec3]) -> Option<Vec<[u32; 3]>> {
+    let triangles: Vec<[u32; 3]> =
+        corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]]).collect();
+    let area = |[a, b, c]: [u32; 3]| {
+        let [a, b, c] = [a, b, c].map(|i| points[i as usize]);
+        (b - a).cross(c - a)
+    };
+    let whole: DVec3 = triangles.iter().map(|&triangle| area(triangle)).sum();
+    let same_way = |&triangle: &[u32; 3]| area(triangle).dot(whole) >= 0.0;
+    // Every corner must turn the same way, not only those of the fan.
+    let turns = (0..corners.len()).all(|i| {
+        let at = |k: usize| corners[(i + k) % corners.len()];
+        area([at(0), at(1), at(2)]).dot(whole) >= -1e-9 * whole.length_squared()
+    });
+    (triangles.iter().all(same_way) && turns).then_some(triangles)
 }
 
 /// The first line that tobj could have stumbled over: its own errors name no line.
