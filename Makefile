@@ -5,7 +5,7 @@ COVERAGE = sparse
 # Kinds of Blender that `make test` leaves out, where they cannot be had: blender, bpy.
 WITHOUT =
 
-.PHONY: help run test lint setup clean
+.PHONY: help run test lint setup bench clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -29,6 +29,9 @@ lint:
 	cargo clippy --release --all-targets -- --deny warnings
 	.tools/bin/ruff check
 	.tools/bin/ruff format --check
+
+bench: setup ## time the pipeline and its stages (docs/performance.md)
+	cargo bench --bench stages
 
 clean: ## remove what was built and installed here: target, .venv, .tools
 	cargo clean

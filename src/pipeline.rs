@@ -19,7 +19,6 @@ use crate::record::{self, Output, Record, Stage};
 use crate::report;
 use crate::scene::{Packing, Scene, SceneGeometry, SpectrumSource};
 use crate::signature::{self, Band, Grid};
-use crate::spectrum::Spectrum;
 use crate::stop::Target;
 use crate::table::Table;
 use crate::trace;
@@ -140,8 +139,14 @@ impl Run<'_> {
         // Whatever is wrong with the spectra is known before Blender is started.
         let wavelengths_um = self.options.grid.wavelengths_um();
         let materials = trace::materials(&scene, path)?;
-        let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
-        signature::reflectances(&spectra, &wavelengths_um)?;
+        trace::bands(&materials, &wavelengths_um, path)?;
+        for material in &scene.materials {
+            if let SpectrumSource::File(file) = &material.spectrum {
+                let file = path.parent().unwrap_or(Path::new("")).join(file);
+                let sum = output::sha256_hex(&file)?;
+                self.record.inputs.insert(file.display().to_string(), sum);
+            }
+        }
         self.record.seeds.insert(self.key("rays"), scene.seed);
         let (scene, path) = match scene.geometry.clone() {
             SceneGeometry::Packing(packing) => {
@@ -245,10 +250,9 @@ impl Run<'_> {
         for (number, material) in scene.materials.iter_mut().enumerate() {
             if let SpectrumSource::File(file) = &mut material.spectrum {
                 let from = folder.join(&file);
-                let name = format!("spectrum_{number}.csv");
+                let file_name = file.file_name().unwrap_or_default().to_string_lossy();
+                let name = format!("spectrum_{number}_{file_name}");
                 output::copy(&from, &self.place(&name))?;
-                let sum = output::sha256_hex(&from)?;
-                self.record.inputs.insert(from.display().to_string(), sum);
                 self.wrote(&name)?;
                 *file = name.into();
             }

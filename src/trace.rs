@@ -44,8 +44,24 @@ pub fn materials(scene: &Scene, path: &Path) -> Result<Vec<TableMaterial>, Error
         .collect()
 }
 
+/// The reflectance of each material in each band: what the stop rule looks at.
+pub fn bands(
+    materials: &[TableMaterial],
+    wavelengths_um: &[f64],
+    path: &Path,
+) -> Result<Vec<Vec<f64>>, Error> {
+    for material in materials {
+        signature::reflectances(&[&material.spectrum], wavelengths_um).map_err(|source| {
+            Error::Material { scene: path.to_owned(), material: material.name.clone(), source }
+        })?;
+    }
+    let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
+    Ok(signature::reflectances(&spectra, wavelengths_um)?)
+}
+
 /// Reads the meshes of a placed scene and makes them ready for tracing.
 pub fn tracer(scene: &Scene, path: &Path) -> Result<Tracer, Error> {
+    ingest::files(scene, path)?;
     Ok(Tracer::new(ingest::load(scene, path)?, MAX_BOUNCES))
 }
 
@@ -68,8 +84,7 @@ pub fn trace(
     progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Table, Error> {
     let materials = materials(scene, path)?;
-    let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
-    let bands = signature::reflectances(&spectra, wavelengths_um)?;
+    let bands = bands(&materials, wavelengths_um, path)?;
     let traced = stop::trace(tracer, scene.seed, &bands, target, progress)?;
     if traced.tally.paths == traced.tally.missed {
         return Err(TableError::Empty.into());

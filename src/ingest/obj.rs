@@ -23,16 +23,19 @@ impl ObjFile {
     pub(super) fn read(path: &Path) -> Result<Self, IngestError> {
         let text =
             fs::read(path).map_err(|source| IngestError::Read { path: path.to_owned(), source })?;
-        // tobj knows a material's name after a space only.
-        let text = String::from_utf8_lossy(&text).replace('\t', " ");
+        // tobj knows a name after a single space only, in a line that is not indented.
+        let text: String = String::from_utf8_lossy(&text)
+            .lines()
+            .flat_map(|line| [line.trim_start(), "\n"])
+            .collect::<String>()
+            .replace('\t', " ");
         let broken =
             |(place, problem)| IngestError::Broken { path: path.to_owned(), place, problem };
         // Only the names of the materials matter here, and tobj keeps them only where it finds
         // them in a .mtl file: it is told of them, so that no .mtl need be there.
         let materials: Vec<String> = text
             .lines()
-            .filter_map(|line| line.trim_start().strip_prefix("usemtl"))
-            .filter_map(|rest| rest.strip_prefix(char::is_whitespace))
+            .filter_map(|line| line.strip_prefix("usemtl "))
             .map(|name| name.trim().to_owned())
             .collect::<BTreeSet<_>>()
             .into_iter()
@@ -154,7 +157,8 @@ fn fan(corners: &[u32], points: &[DVec3]) -> Option<Vec<[u32; 3]>> {
         let at = |k: usize| corners[(i + k) % corners.len()];
         area([at(0), at(1), at(2)]).dot(whole) >= -1e-9 * whole.length_squared()
     });
-    (triangles.iter().all(same_way) && turns).then_some(triangles)
+    let flat = corners.len() > 3 && whole == DVec3::ZERO;
+    (triangles.iter().all(same_way) && turns && !flat).then_some(triangles)
 }
 
 /// The first line that tobj could have stumbled over: its own errors name no line.
@@ -178,6 +182,7 @@ fn fault(text: &str) -> Option<(String, String)> {
                     Ok(i) => Some(format!("a face wants vertex {i}, and there are {vertices}")),
                 }
             }),
+            Some("usemtl") if words.next().is_none() => Some("the material has no name".into()),
             _ => None,
         };
         if let Some(problem) = problem {
