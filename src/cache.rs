@@ -1,5 +1,6 @@
 //! Results of stages, kept by the content of what they were made from.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -37,37 +38,108 @@ impl Cache {
         &self.root
     }
 
-    /// The folder of a stage's result for these inputs, and whether it was there already; if not,
-    /// `make` fills it. It is filled beside its place and then renamed: a result that is there is
-    /// whole.
+    /// The folder of a stage's result for these inputs, its files, and whether it was there already; if
+    /// not, `make` fills it.
+    ///
+    /// It is filled beside its place and then renamed, with a manifest of what it holds. A result that does not
+    /// agree with its manifest was damaged since: it is made anew.
     pub fn stage(
         &self,
         name: &str,
         inputs: &impl Serialize,
         make: impl FnOnce(&Path) -> Result<(), Error>,
-    ) -> Result<(PathBuf, bool), Error> {
+    ) -> Result<Made, Error> {
         let text = serde_json::to_vec(&(env!("CARGO_PKG_VERSION"), inputs)).expect("plain data");
         let key = output::hex(&Sha256::digest(text)[..16]);
-        let place = self.root.join(format!("{name}-{key}"));
-        if place.is_dir() {
-            return Ok((place, true));
-        }
+        let folder = self.root.join(format!("{name}-{key}"));
         let failed = |path: &Path| {
             let path = path.to_owned();
-            move |source| OutputError { path, source }
+            move |source| Error::Cache(OutputError { path, source })
         };
-        output::folder(&self.root)?;
+        if folder.is_dir() {
+            if let Some(files) = whole(&folder) {
+                return Ok(Made { folder, files, cached: true });
+            }
+            std::fs::remove_dir_all(&folder).map_err(failed(&folder))?;
+        }
+        output::folder(&self.root).map_err(Error::Cache)?;
         let beside = tempfile::Builder::new()
             .prefix(".making-")
             .tempdir_in(&self.root)
             .map_err(failed(&self.root))?;
         make(beside.path())?;
-        if let Err(error) = std::fs::rename(beside.path(), &place) {
+        let files = output::list(beside.path()).map_err(Error::Cache)?;
+        let mut manifest = BTreeMap::new();
+        for file in &files {
+            let sum = output::sha256_hex(&beside.path().join(file)).map_err(Error::Cache)?;
+            manifest.insert(file, sum);
+        }
+        let text = serde_json::to_vec(&manifest).expect("plain data");
+        output::bytes(&beside.path().join(MANIFEST), &text).map_err(Error::Cache)?;
+        if let Err(error) = std::fs::rename(beside.path(), &folder) {
             // Another run may have come first: its result is as good.
-            if !place.is_dir() {
-                return Err(failed(&place)(error).into());
+            if whole(&folder).is_none() {
+                return Err(failed(&folder)(error));
             }
         }
-        Ok((place, false))
+        Ok(Made { folder, files, cached: false })
+    }
+}
+
+const MANIFEST: &str = "manifest.json";
+
+/// The result of a stage.
+#[derive(Debug)]
+pub struct Made {
+    /// Where it is.
+    pub folder: PathBuf,
+    /// Its files.
+    pub files: Vec<String>,
+    /// Whether it was there already.
+    pub cached: bool,
+}
+
+/// The files of a result that agrees with its manifest.
+fn whole(folder: &Path) -> Option<Vec<String>> {
+    let text = std::fs::read(folder.join(MANIFEST)).ok()?;
+    let manifest: BTreeMap<String, String> = serde_json::from_slice(&text).ok()?;
+    let agrees = |(file, sum): (&String, &String)| {
+        output::sha256_hex(&folder.join(file)).is_ok_and(|now| now == *sum)
+    };
+    manifest.iter().all(agrees).then(|| manifest.into_keys().collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_damaged_result_is_made_anew() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let cache = Cache::new(folder.path().join("cache"));
+        let run = || {
+            let made = cache.stage("s", &1, |at| Ok(output::bytes(&at.join("file"), b"whole")?));
+            made.expect("made")
+        };
+        assert!(!run().cached);
+        let made = run();
+        assert!(made.cached && made.files == ["file"]);
+        std::fs::write(made.folder.join("file"), b"torn").expect("written");
+        assert!(!run().cached, "a changed file");
+        std::fs::remove_file(run().folder.join("file")).expect("removed");
+        assert!(!run().cached, "a missing file");
+        assert_eq!(std::fs::read(run().folder.join("file")).expect("there"), b"whole");
+    }
+
+    #[test]
+    fn a_result_that_could_not_be_made_is_not_there() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let cache = Cache::new(folder.path().to_owned());
+        let failed = cache.stage("s", &1, |at| {
+            output::bytes(&at.join("file"), b"half")?;
+            Err(Error::Interrupted)
+        });
+        assert!(failed.is_err());
+        assert_eq!(output::list(folder.path()).expect("a folder"), [""; 0]);
     }
 }

@@ -52,6 +52,12 @@ pub enum Error {
     /// A file could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The cache cannot be used.
+    #[error("the cache: {0}")]
+    Cache(OutputError),
+    /// An input of a recorded run is gone.
+    #[error("an input of the recorded run: {0}")]
+    Input(OutputError),
     /// A scene file is wrong.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -98,7 +104,7 @@ impl Error {
     pub fn status(&self) -> Status {
         match self {
             Self::Blender(error) => error.status(),
-            Self::Output(_) => Status::Files,
+            Self::Output(_) | Self::Cache(_) | Self::Input(_) => Status::Files,
             Self::Coverage { .. } => Status::Usage,
             Self::Scene(_)
             | Self::Ingest(_)
@@ -116,6 +122,10 @@ impl Error {
         match self {
             Self::Blender(error) => error.hint(),
             Self::Output(error) => error.hint(),
+            Self::Cache(_) => {
+                Some("name another folder in SOILSIG_CACHE, or use --no-cache".into())
+            }
+            Self::Input(_) => Some("put it back where it was, or run the pipeline anew".into()),
             Self::Scene(error) => error.hint(),
             Self::Ingest(error) => error.hint(),
             Self::Spectrum(error) | Self::Material { source: error, .. } => error.hint(),

@@ -76,7 +76,15 @@ pub fn run(
     cache: &Cache,
 ) -> Result<Record, Error> {
     output::folder(out)?;
-    output::remove(&out.join("run.json"))?;
+    // What an earlier run left here must not pass for this one's.
+    let earlier = out.join("run.json");
+    if let Ok(record) = Record::read(&earlier) {
+        output::remove(&earlier)?;
+        for file in record.outputs.keys() {
+            output::remove(&out.join(file))?;
+        }
+    }
+    output::remove(&earlier)?;
     let mut record = Record {
         soilsig_run: record::FORMAT,
         command,
@@ -92,7 +100,9 @@ pub fn run(
         Source::Coverage(name) if name == "all" => {
             let mut curves = Vec::new();
             for (name, text) in COVERAGES {
-                let scene = Scene::parse(text, Path::new(&format!("scenes/{name}.json")))?;
+                let path = format!("scenes/{name}.json");
+                let scene = Scene::parse(text, Path::new(&path))?;
+                record.versions.insert(path, sha256_of(text));
                 let mut run = Run { options, out, below: name, cache, record: &mut record };
                 curves.push(run.scene(scene, Path::new(name))?);
             }
@@ -106,6 +116,7 @@ pub fn run(
             })?;
             let path = PathBuf::from(format!("scenes/{name}.json"));
             let scene = Scene::parse(text, &path)?;
+            record.versions.insert(path.display().to_string(), sha256_of(text));
             Run { options, out, below: "", cache, record: &mut record }.scene(scene, &path)?;
         }
         Source::Scene(path) => {
@@ -116,6 +127,10 @@ pub fn run(
     }
     record.write(&out.join("run.json"))?;
     Ok(record)
+}
+
+fn sha256_of(text: &str) -> String {
+    output::hex(&Sha256::digest(text))
 }
 
 /// One scene's way through the stages.
@@ -212,26 +227,26 @@ impl Run<'_> {
             self.record.versions.insert(name.into(), version);
         }
         let scripts = Sha256::digest(serde_json::to_vec(SCRIPTS).expect("plain data"));
+        self.record.versions.insert("scripts".into(), output::hex(&scripts));
         let materials: Vec<&str> = scene.materials.iter().map(|m| m.name.as_str()).collect();
         let made_from = (
             packing,
             materials,
             &blender.version,
+            &blender.python,
             &blender.numpy,
             output::hex(&scripts),
             self.options.patch_obj,
         );
         let log = self.place("blender.log");
-        let (made, cached) = self.cache.stage("drop", &made_from, |folder| {
+        let made = self.cache.stage("drop", &made_from, |folder| {
             drop_in_blender(&blender, scene, self.options, folder, &log, &step)
         })?;
-        for file in output::list(&made)? {
-            output::copy(&made.join(&file), &self.place(&file))?;
-            if file != "scene.json" {
-                self.wrote(&file)?;
-            }
+        for file in made.files.iter().filter(|file| *file != "scene.json") {
+            output::copy(&made.folder.join(file), &self.place(file))?;
+            self.wrote(file)?;
         }
-        let placed = Scene::read(&made.join("scene.json"))?;
+        let placed = Scene::read(&made.folder.join("scene.json"))?;
         let mut placed = Scene { geometry: placed.geometry, ..scene.clone() };
         self.bring_spectra(&mut placed, path)?;
         let place = self.place("scene.json");
@@ -239,8 +254,8 @@ impl Run<'_> {
         text.push('\n');
         output::bytes(&place, text.as_bytes())?;
         self.wrote("scene.json")?;
-        let seconds = step.done(if cached { "from the cache" } else { "Blender" });
-        self.stage("drop", seconds, cached);
+        let seconds = step.done(if made.cached { "from the cache" } else { "Blender" });
+        self.stage("drop", seconds, made.cached);
         Ok((placed, place))
     }
 
@@ -273,19 +288,20 @@ impl Run<'_> {
         let target =
             Target { tolerance: self.options.tolerance, max_paths: self.options.max_paths };
         let made_from = (program(), &sum, scene.seed, &spectra, &self.options.grid, &target);
-        let (made, cached) = self.cache.stage("trace", &made_from, |folder| {
+        let made = self.cache.stage("trace", &made_from, |folder| {
             let tracer = ready(tracer, scene, path)?;
             let table = trace::trace(tracer, scene, path, wavelengths_um, target, &|done, of| {
                 step.at(done, of, "paths");
             })?;
             Ok(table.write(&folder.join("table.json"))?)
         })?;
-        output::copy(&made.join("table.json"), &self.place("table.json"))?;
+        output::copy(&made.folder.join("table.json"), &self.place("table.json"))?;
         self.wrote("table.json")?;
         let table = Table::read(&self.place("table.json"))?;
-        let note = if cached { "from the cache".into() } else { format!("{} paths", table.paths) };
+        let note =
+            if made.cached { "from the cache".into() } else { format!("{} paths", table.paths) };
         let seconds = step.done(&note);
-        self.stage("trace", seconds, cached);
+        self.stage("trace", seconds, made.cached);
         Ok(table)
     }
 
@@ -318,13 +334,13 @@ impl Run<'_> {
     ) -> Result<(), Error> {
         let step = Step::new(&self.key("picture"));
         let made_from = (program(), &table.scene_sha256);
-        let (made, cached) = self.cache.stage("picture", &made_from, |folder| {
+        let made = self.cache.stage("picture", &made_from, |folder| {
             picture::write(ready(tracer, scene, path)?, &folder.join("patch.png"))
         })?;
-        output::copy(&made.join("patch.png"), &self.place("patch.png"))?;
+        output::copy(&made.folder.join("patch.png"), &self.place("patch.png"))?;
         self.wrote("patch.png")?;
-        let seconds = step.done(if cached { "from the cache" } else { "" });
-        self.stage("picture", seconds, cached);
+        let seconds = step.done(if made.cached { "from the cache" } else { "" });
+        self.stage("picture", seconds, made.cached);
         Ok(())
     }
 

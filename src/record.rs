@@ -33,6 +33,14 @@ pub enum RecordError {
         /// What is wrong, with line and column.
         source: serde_json::Error,
     },
+    /// A value is out of its range.
+    #[error("{}: {problem}", path.display())]
+    Value {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
 }
 
 /// One run of the pipeline.
@@ -45,7 +53,7 @@ pub struct Record {
     pub command: Vec<String>,
     /// What was asked, all of it.
     pub options: Options,
-    /// soilsig and, where it ran, Blender, its Python and numpy.
+    /// soilsig and, where it ran, Blender, its Python and numpy; SHA-256 of shipped scenes and scripts.
     pub versions: BTreeMap<String, String>,
     /// Every seed used, by what it was for.
     pub seeds: BTreeMap<String, u64>,
@@ -118,8 +126,17 @@ impl Record {
     pub fn read(path: &Path) -> Result<Self, RecordError> {
         let text = fs::read_to_string(path)
             .map_err(|source| RecordError::Read { path: path.to_owned(), source })?;
-        serde_json::from_str(&text)
-            .map_err(|source| RecordError::Form { path: path.to_owned(), source })
+        let record: Self = serde_json::from_str(&text)
+            .map_err(|source| RecordError::Form { path: path.to_owned(), source })?;
+        let Options { tolerance, .. } = record.options;
+        let problem = if record.soilsig_run != FORMAT {
+            format!("version {} is not known; this program reads {FORMAT}", record.soilsig_run)
+        } else if !(tolerance > 0.0 && tolerance < 1.0) {
+            format!("a tolerance of {tolerance} is not above 0 and below 1")
+        } else {
+            return Ok(record);
+        };
+        Err(RecordError::Value { path: path.to_owned(), problem })
     }
 
     /// Writes the record.

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use rayon::prelude::*;
+
 use crate::error::Error;
 use crate::features::features;
 use crate::output;
@@ -54,15 +56,14 @@ fn floor_effect(table: &Table, bands: &[Band]) -> Option<f64> {
     let wavelengths: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
     let spectra: Vec<&Spectrum> = table.materials.iter().map(|m| &m.spectrum).collect();
     let reflectances = reflectances(&spectra, &wavelengths).ok()?;
-    // Every tenth band is enough to find the widest.
-    let effect = reflectances.into_iter().step_by(10).map(|mut reflectance| {
+    let effect = reflectances.into_par_iter().map(|mut reflectance| {
         let [black, white] = [0.0, 1.0].map(|rho| {
             reflectance[floor] = rho;
             table.weight(&reflectance).mean
         });
         white - black
     });
-    Some(effect.fold(0.0, f64::max))
+    Some(effect.reduce(|| 0.0, f64::max))
 }
 
 /// The chart of one scene's signature or of several.
@@ -125,7 +126,7 @@ pub fn words(record: &Record, out: &Path) -> String {
 /// What a trace reached, in words.
 pub fn reached_words(r: &Reached) -> String {
     let mut text = format!(
-        "emissivity within {:.4} (95 %, widest at {} um; {} asked), {} paths\n",
+        "each band's emissivity within {:.4} (95 %; widest at {} um; {} asked), {} paths\n",
         r.half_width, r.widest_at_um, r.tolerance, r.paths
     );
     let seen: Vec<String> =
@@ -150,12 +151,14 @@ pub fn reached_words(r: &Reached) -> String {
             "  between a black and a white floor no band changes by more than {effect:.4}"
         );
     }
-    let _ = writeln!(
-        text,
-        "  {:.2} % of the paths were given up; what they leave open is {:.6} of the half-width",
-        100.0 * r.trapped,
-        r.trapped_half_width
-    );
+    if r.trapped_half_width > r.tolerance / 100.0 {
+        let _ = writeln!(
+            text,
+            "  {:.2} % of the paths were given up; they leave {:.5} of the half-width open",
+            100.0 * r.trapped,
+            r.trapped_half_width
+        );
+    }
     if !r.tolerance_reached {
         let remedy = if r.trapped_half_width < r.tolerance / 2.0 {
             "raise --max-paths"

@@ -15,6 +15,12 @@ use serde::{Deserialize, Serialize};
 /// The format's version, the value of `soilsig_scene`.
 pub const FORMAT: u32 = 1;
 
+/// Lengths beyond a kilometre are taken for a mistake in units, um.
+const FARTHEST_UM: f64 = 1e9;
+
+/// Most grains of a class, and most fines on one.
+const MOST: u32 = 100_000;
+
 /// A scene file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
@@ -102,7 +108,7 @@ pub struct Scene {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct View {
-    /// Angle from the vertical (+z), degrees, 0 (nadir view) to below 90.
+    /// Angle from the vertical (+z), degrees, 0 (nadir view) to 89.9.
     pub zenith_deg: f64,
     /// Angle of the sensor's place from +x towards +y, degrees.
     #[serde(default)]
@@ -371,12 +377,12 @@ impl Scene {
                 self.soilsig_scene
             )
         })?;
-        positive(self.temperature_k, "temperature_k")?;
+        temperature(self.temperature_k, "temperature_k")?;
         if let Some(sky) = self.sky_temperature_k {
-            positive(sky, "sky_temperature_k")?;
+            temperature(sky, "sky_temperature_k")?;
         }
-        need((0.0..90.0).contains(&self.view.zenith_deg), "view.zenith_deg", || {
-            format!("{} is not within 0 (nadir) to below 90", self.view.zenith_deg)
+        need((0.0..=89.9).contains(&self.view.zenith_deg), "view.zenith_deg", || {
+            format!("{} is not within 0 (nadir) to 89.9", self.view.zenith_deg)
         })?;
         need(self.view.azimuth_deg.is_finite(), "view.azimuth_deg", || "not a number".into())?;
         need(!self.materials.is_empty(), "materials", || "there must be at least one".into())?;
@@ -405,6 +411,11 @@ impl Scene {
         for (i, grain) in packing.grains.iter().enumerate() {
             positive(grain.diameter_um, &at(&format!("grains[{i}].diameter_um")))?;
             self.known(&grain.material, &at(&format!("grains[{i}].material")))?;
+            for (key, number) in [("count", grain.count), ("fines", grain.fines)] {
+                need(number <= MOST, &at(&format!("grains[{i}].{key}")), || {
+                    format!("{number} is more than {MOST}")
+                })?;
+            }
             need(grain.fines == 0 || !packing.fines.is_empty(), &at("fines"), || {
                 format!(
                     "{} wants {} fines, but there is no class of fines",
@@ -431,6 +442,7 @@ impl Scene {
         need(packing.crop_um >= 0.0, &at("crop_um"), || "must not be negative".into())?;
         for length in packing.tray_um {
             positive(length, &at("tray_um"))?;
+            need(length < FARTHEST_UM, &at("tray_um"), || format!("{length} um is too long"))?;
             need(length > 2.0 * packing.crop_um, &at("crop_um"), || {
                 format!("a rim of {} um leaves nothing of a tray of {length} um", packing.crop_um)
             })?;
@@ -470,9 +482,9 @@ impl Scene {
                 - m[1] * (m[4] * m[10] - m[6] * m[8])
                 + m[2] * (m[4] * m[9] - m[5] * m[8]);
             need(
-                m.iter().all(|value| value.is_finite()) && determinant.abs() > 1e-30,
+                m.iter().all(|value| value.abs() < FARTHEST_UM) && determinant.abs() > 1e-30,
                 &place,
-                || "the transform is not an invertible matrix of numbers".into(),
+                || "the transform is not an invertible matrix of numbers below 1e9".into(),
             )?;
         }
         need(
@@ -512,6 +524,12 @@ fn need(
 
 fn positive(value: f64, place: &str) -> Result<(), (String, String)> {
     need(value.is_finite() && value > 0.0, place, || format!("{value} is not above 0"))
+}
+
+fn temperature(kelvin: f64, place: &str) -> Result<(), (String, String)> {
+    need((1.0..=10_000.0).contains(&kelvin), place, || {
+        format!("{kelvin} K is not within 1 to 10000 K")
+    })
 }
 
 fn unique<'a>(names: impl Iterator<Item = &'a str>, place: &str) -> Result<(), (String, String)> {

@@ -6,6 +6,8 @@ use std::path::Path;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::error::Error;
+use crate::interrupt;
 use crate::output::{self, OutputError};
 use crate::radiance;
 use crate::spectrum::{Spectrum, SpectrumError};
@@ -13,11 +15,26 @@ use crate::table::{Table, Weight};
 
 /// Wavelengths at which a signature is evaluated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "GridFields")]
 pub struct Grid {
     from_um: f64,
     to_um: f64,
     step_um: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GridFields {
+    from_um: f64,
+    to_um: f64,
+    step_um: f64,
+}
+
+impl TryFrom<GridFields> for Grid {
+    type Error = String;
+    fn try_from(grid: GridFields) -> Result<Self, String> {
+        Self::new(grid.from_um, grid.to_um, grid.step_um)
+    }
 }
 
 impl Grid {
@@ -28,12 +45,12 @@ impl Grid {
     /// the reason if it is empty or finer than a picometre.
     pub fn new(from_um: f64, to_um: f64, step_um: f64) -> Result<Self, String> {
         let all_finite = [from_um, to_um, step_um].iter().all(|x| x.is_finite());
-        if !all_finite || from_um <= 0.0 || to_um < from_um {
-            Err(format!("{from_um}-{to_um} um is not a range of wavelengths"))
+        if !all_finite || from_um < 0.01 || to_um < from_um || to_um > 1e4 {
+            Err(format!("{from_um}-{to_um} um is not a range of wavelengths within 0.01-10000 um"))
         } else if step_um < 1e-6 {
             Err(format!("a step of {step_um} um is below a picometre"))
-        } else if (to_um - from_um) / step_um > 1e6 {
-            Err(format!("a step of {step_um} um makes over a million bands"))
+        } else if (to_um - from_um) / step_um > 1e5 {
+            Err(format!("a step of {step_um} um makes over 100000 bands"))
         } else {
             Ok(Self { from_um, to_um, step_um })
         }
@@ -82,17 +99,20 @@ pub fn reflectances(
 }
 
 /// Evaluates a table with its own spectra.
-pub fn evaluate(table: &Table, wavelengths_um: &[f64]) -> Result<Vec<Band>, SpectrumError> {
+pub fn evaluate(table: &Table, wavelengths_um: &[f64]) -> Result<Vec<Band>, Error> {
     let spectra: Vec<&Spectrum> = table.materials.iter().map(|m| &m.spectrum).collect();
     let reflectances = reflectances(&spectra, wavelengths_um)?;
-    Ok(wavelengths_um
+    wavelengths_um
         .par_iter()
         .zip(&reflectances)
         .map(|(&wavelength_um, reflectance)| {
+            if interrupt::requested() {
+                return Err(Error::Interrupted);
+            }
             let weight = table.weight(reflectance);
-            band(wavelength_um, &weight, table.temperature_k, table.sky_temperature_k)
+            Ok(band(wavelength_um, &weight, table.temperature_k, table.sky_temperature_k))
         })
-        .collect())
+        .collect()
 }
 
 /// A path emits with all the weight that it does not bring to the sky (the scene has one

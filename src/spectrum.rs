@@ -169,6 +169,24 @@ impl Spectrum {
         Ok(Self::Builtin(name.to_owned(), Box::new(PowderForm::new(quartz(), parameters))))
     }
 
+    /// What is wrong with it, if anything: a table may have been written by other hands.
+    pub(crate) fn problem(&self) -> Option<String> {
+        let outside = |e: &f64| !(0.0..=1.0).contains(e);
+        match self {
+            Self::Constant(value) if outside(value) => {
+                Some(format!("an emissivity of {value} is not within 0 to 1"))
+            }
+            Self::Tabulated(Tabulated { file, wavelength_um, emissivity }) => {
+                let sound = wavelength_um.len() >= 2
+                    && wavelength_um.len() == emissivity.len()
+                    && wavelength_um.windows(2).all(|pair| pair[0] < pair[1])
+                    && !emissivity.iter().any(outside);
+                (!sound).then(|| format!("the spectrum of {file} is not one"))
+            }
+            _ => None,
+        }
+    }
+
     /// Least and greatest wavelength that the spectrum holds, um; `None` where there is no bound.
     pub fn range_um(&self) -> Option<[f64; 2]> {
         match self {

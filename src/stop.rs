@@ -39,6 +39,8 @@ pub struct Traced {
     pub widest: usize,
     /// What of it trapped paths leave open.
     pub trapped: f64,
+    /// Whether the target was reached.
+    pub reached: bool,
 }
 
 /// Traces until every band, given as one reflectance for each material, has its half-width.
@@ -71,8 +73,11 @@ pub fn trace(
         };
         let (half_width, widest, weight) = widest(&so_far, bands);
         let next = more(&so_far, bands, target).min(target.max_paths);
-        if half_width <= target.tolerance || next <= so_far.paths {
-            return Ok(Traced { tally: so_far, half_width, widest, trapped: weight.trapped });
+        let met = (so_far.paths - so_far.missed) as f64;
+        let reached = half_width <= target.tolerance && met >= least_met(target);
+        if reached || next <= so_far.paths {
+            let trapped = weight.trapped;
+            return Ok(Traced { tally: so_far, half_width, widest, trapped, reached });
         }
         wanted = next;
         tally = Some(so_far);
@@ -85,15 +90,23 @@ fn more(tally: &Tally, bands: &[Vec<f64>], target: Target) -> u64 {
     let met = (tally.paths - tally.missed) as f64;
     let (_, _, weight) = widest(tally, bands);
     let room = target.tolerance - weight.trapped;
-    if met < 2.0 || room <= 0.0 {
+    if met < 2.0 {
+        // A small target in a wide view: look on.
+        return 16 * tally.paths;
+    }
+    if room <= 0.0 {
         return tally.paths;
     }
     let ratio = Z_95 * weight.standard_error / room;
-    // What no path saw of n has a probability of up to 3 / n (95 %): even without any spread the
-    // paths must be as many as that asks for.
-    let needed = (met * ratio * ratio).max(3.0 / target.tolerance) * MARGIN;
+    let needed = (met * ratio * ratio).max(least_met(target)) * MARGIN;
     let paths = needed * tally.paths as f64 / met;
     (paths.min(1e18) as u64).div_ceil(LOT) * LOT
+}
+
+/// What no path saw of n has a probability of up to 3 / n (95 %): even without any spread the paths
+/// must be as many as that asks for.
+fn least_met(target: Target) -> f64 {
+    3.0 / target.tolerance
 }
 
 fn widest(tally: &Tally, bands: &[Vec<f64>]) -> (f64, usize, Weight) {

@@ -169,7 +169,12 @@ pub fn weight<'a>(
         }
     }
     let mean = sum / paths;
-    let variance = (squares / paths - mean * mean).max(0.0) * paths / (paths - 1.0);
+    // One path tells nothing of the spread: then it is the widest that a weight from 0 to 1 can have.
+    let variance = if paths < 2.0 {
+        0.25
+    } else {
+        (squares / paths - mean * mean).max(0.0) * paths / (paths - 1.0)
+    };
     Weight { mean, standard_error: (variance / paths).sqrt(), trapped: open / paths }
 }
 
@@ -231,6 +236,16 @@ impl Table {
         }
         if states().map(|(_, count)| count).sum::<u64>() + table.missed != table.paths {
             return Err(wrong("the states do not add up to the paths".into()));
+        }
+        let temperatures = [Some(table.temperature_k), table.sky_temperature_k];
+        if temperatures.into_iter().flatten().any(|k| !(k.is_finite() && k > 0.0)) {
+            return Err(wrong("a temperature is not above 0 K".into()));
+        }
+        if table.floor.is_some_and(|floor| floor >= table.materials.len()) {
+            return Err(wrong("the floor's material is none of the materials".into()));
+        }
+        if let Some(problem) = table.materials.iter().find_map(|m| m.spectrum.problem()) {
+            return Err(wrong(problem));
         }
         if table.met() == 0 {
             return Err(TableError::Empty);

@@ -103,7 +103,7 @@ pub fn trace(
             tolerance: target.tolerance,
             half_width: traced.half_width,
             widest_at_um: wavelengths_um[traced.widest],
-            reached: traced.half_width <= target.tolerance,
+            reached: traced.reached,
             trapped: traced.trapped,
         },
         floor: floor_alone(tracer),

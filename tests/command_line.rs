@@ -158,6 +158,63 @@ fn a_place_that_cannot_be_written_to_is_named() {
 }
 
 #[test]
+fn a_full_standard_output_is_an_error_and_a_closed_one_is_not() {
+    let place = Place::new();
+    let full = || fs::File::create("/dev/full").expect("a device that is always full");
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_soilsig"));
+    let status = command.args(["schema", "scene"]).stdout(full()).status().expect("it runs");
+    assert_eq!(status.code(), Some(1));
+    let text = "'$0' schema scene | head -1";
+    let mut shell = std::process::Command::new("sh");
+    let status = shell.args(["-c", text, env!("CARGO_BIN_EXE_soilsig")]).output().expect("it runs");
+    assert!(status.status.success() && status.stderr.is_empty(), "{status:?}");
+    drop(place);
+}
+
+#[test]
+fn a_path_that_no_record_can_hold_is_refused() {
+    use std::os::unix::ffi::OsStrExt;
+    let place = Place::new();
+    let out = std::ffi::OsStr::from_bytes(b"r\xff");
+    let mut command = place.soilsig(&["pipeline", "--coverage", "sparse", "--out"]);
+    command.arg(out).assert().code(2);
+}
+
+#[test]
+fn a_table_by_other_hands_is_checked() {
+    let place = Place::new();
+    place.run(&["trace", &shipped("settled_patch.json"), "--out", "t.json"], 0);
+    let table: Value =
+        serde_json::from_str(&fs::read_to_string(place.path("t.json")).expect("written"))
+            .expect("JSON");
+    let spectrum = |spectrum: Value| {
+        let mut table = table.clone();
+        table["materials"][0]["spectrum"] = spectrum;
+        table
+    };
+    let with = |key: &str, value: Value| {
+        let mut table = table.clone();
+        table[key] = value;
+        table
+    };
+    for wrong in [
+        spectrum(serde_json::json!({"constant": 7})),
+        spectrum(
+            serde_json::json!({"tabulated": {"file": "f", "wavelength_um": [], "emissivity": []}}),
+        ),
+        spectrum(serde_json::json!({"builtin": "quarz"})),
+        with("temperature_k", (-5).into()),
+        with("floor", 99.into()),
+        with("paths", 3.into()),
+        with("soilsig_table", 2.into()),
+    ] {
+        fs::write(place.path("wrong.json"), wrong.to_string()).expect("written");
+        let message = place.refused(&["signature", "wrong.json"], 3);
+        assert!(message.contains("wrong.json"), "{message}");
+    }
+}
+
+#[test]
 fn a_tolerance_that_the_caps_do_not_allow_has_its_own_status_and_a_result() {
     let place = Place::new();
     let (out, _) = place.run(
@@ -174,6 +231,13 @@ fn a_tolerance_that_the_caps_do_not_allow_has_its_own_status_and_a_result() {
         4,
     );
     assert!(out.contains("not reached"), "{out}");
+    // Two paths that happen to weigh the same are no result within the tolerance.
+    for seed in ["1", "2", "3", "4", "5", "6"] {
+        let few = ["--max-paths", "2", "--seed", seed];
+        let args =
+            [&["trace", &shipped("settled_patch.json"), "-o", "few.json"][..], &few].concat();
+        place.run(&args, 4);
+    }
     place.run(&["signature", "t.json"], 0);
 }
 

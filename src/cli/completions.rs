@@ -2,6 +2,7 @@
 
 use clap::CommandFactory as _;
 use clap_complete::Shell;
+use soilsig::error::Error;
 
 use super::{Cli, print};
 
@@ -12,8 +13,8 @@ pub struct Args {
     shell: Shell,
 }
 
-pub fn run(args: &Args) {
+pub fn run(args: &Args) -> Result<(), Error> {
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut Cli::command(), "soilsig", &mut text);
-    print(&String::from_utf8_lossy(&text));
+    print(&String::from_utf8_lossy(&text))
 }

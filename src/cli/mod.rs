@@ -9,12 +9,15 @@ mod signature;
 mod trace;
 
 use std::io::Write as _;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
+use clap::builder::{StringValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use soilsig::cache::Cache;
 use soilsig::error::{Error, Status};
 use soilsig::interrupt;
+use soilsig::output::OutputError;
 use soilsig::signature::Grid;
 
 /// Thermal-infrared signatures of soil from the geometry of its grains
@@ -22,7 +25,7 @@ use soilsig::signature::Grid;
 #[command(version, about)]
 struct Cli {
     /// Threads to use; the result does not depend on it [default: all cores]
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
     #[command(subcommand)]
     command: Command,
@@ -87,9 +90,25 @@ fn usage(problem: &str) -> ! {
     Cli::command().error(clap::error::ErrorKind::ValueValidation, problem).exit()
 }
 
-/// Prints to standard output; whoever closes the pipe has read enough.
-fn print(text: &str) {
-    let _ = std::io::stdout().write_all(text.as_bytes());
+/// Prints to standard output. Whoever closes the pipe has read enough; any other failure is one.
+fn print(text: &str) -> Result<(), Error> {
+    let mut out = std::io::stdout();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(OutputError { path: "standard output".into(), source }.into())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A path that a record can hold: in UTF-8.
+fn utf8_path() -> impl TypedValueParser<Value = PathBuf> {
+    StringValueParser::new().map(PathBuf::from)
+}
+
+/// The command line, for the record.
+fn command_line() -> Vec<String> {
+    std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect()
 }
 
 /// Runs the program.
@@ -109,14 +128,8 @@ pub fn run() -> ExitCode {
         Command::Signature(args) => signature::run(args).map(|()| None),
         Command::Replay(args) => replay::run(args),
         Command::Doctor(args) => doctor::run(args, cache.root()).map(|()| None),
-        Command::Schema(args) => {
-            schema::run(args);
-            Ok(None)
-        }
-        Command::Completions(args) => {
-            completions::run(args);
-            Ok(None)
-        }
+        Command::Schema(args) => schema::run(args).map(|()| None),
+        Command::Completions(args) => completions::run(args).map(|()| None),
     };
     match result {
         Ok(None) => ExitCode::SUCCESS,

@@ -7,7 +7,7 @@ use soilsig::error::Status;
 use soilsig::pipeline::{self, Options, Source};
 use soilsig::report;
 
-use super::{Bands, Enough, Outcome, print};
+use super::{Bands, Enough, Outcome, command_line, print, utf8_path};
 
 /// Models and drops the grains in Blender, traces the bed, writes its signature
 #[derive(clap::Args)]
@@ -15,7 +15,7 @@ pub struct Args {
     #[command(flatten)]
     scene: Which,
     /// Folder for the result [default: out/COVERAGE or out/NAME-OF-THE-SCENE-FILE]
-    #[arg(long, short, value_name = "FOLDER")]
+    #[arg(long, short, value_name = "FOLDER", value_parser = utf8_path())]
     out: Option<PathBuf>,
     /// Seed of shapes, dust, drop and rays, in place of the scene's
     #[arg(long, value_name = "N")]
@@ -28,7 +28,7 @@ pub struct Args {
     #[arg(long)]
     patch_obj: bool,
     /// Blender to use: its executable, or a Python that can import bpy
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", value_parser = utf8_path())]
     blender: Option<PathBuf>,
     /// Longest that Blender may take, seconds
     #[arg(long, value_name = "S", default_value_t = 600)]
@@ -48,7 +48,7 @@ struct Which {
     #[arg(long, value_name = "COVERAGE")]
     coverage: Option<String>,
     /// Scene file of your own, packing or placed
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = utf8_path())]
     scene: Option<PathBuf>,
 }
 
@@ -76,7 +76,7 @@ pub fn run(args: &Args, cache: &Cache) -> Outcome {
         blender_timeout_s: args.blender_timeout,
     };
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(name));
-    let command = std::env::args().collect();
+    let command = command_line();
     let record = if args.no_cache {
         let folder = tempfile::tempdir().map_err(|source| soilsig::output::OutputError {
             path: std::env::temp_dir(),
@@ -87,9 +87,9 @@ pub fn run(args: &Args, cache: &Cache) -> Outcome {
         pipeline::run(&options, command, &out, cache)?
     };
     if args.json {
-        print(&format!("{}\n", serde_json::to_string_pretty(&record).expect("plain data")));
+        print(&format!("{}\n", serde_json::to_string_pretty(&record).expect("plain data")))?;
     } else {
-        print(&report::words(&record, &out));
+        print(&report::words(&record, &out))?;
     }
     Ok((!record.tolerance_reached()).then_some(Status::ToleranceNotReached))
 }

@@ -4,12 +4,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use soilsig::cache::Cache;
-use soilsig::error::Status;
+use soilsig::error::{Error, Status};
 use soilsig::output::{self, OutputError};
 use soilsig::pipeline;
 use soilsig::record::Record;
 
-use super::{Outcome, print};
+use super::{Outcome, command_line, print, usage};
 
 /// Runs a recorded run again, all of it, and compares the results byte for byte
 #[derive(clap::Args)]
@@ -27,19 +27,25 @@ pub fn run(args: &Args) -> Outcome {
         tempfile::tempdir().map_err(|source| OutputError { path: std::env::temp_dir(), source })?;
     let cache = Cache::new(scratch.path().join("cache"));
     let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));
+    let folder = args.record.parent().unwrap_or(Path::new(""));
+    let same = |a: &Path, b: &Path| {
+        a.canonicalize().ok().is_some_and(|a| Some(a) == b.canonicalize().ok())
+    };
+    if same(&out, if folder == Path::new("") { Path::new(".") } else { folder }) {
+        usage("--out is the folder of the recorded run, which would be overwritten: name another");
+    }
     for (path, sum) in &before.inputs {
-        if output::sha256_hex(Path::new(path))? != *sum {
-            print(&format!("input changed since: {path}\n"));
+        if output::sha256_hex(Path::new(path)).map_err(Error::Input)? != *sum {
+            print(&format!("input changed since: {path}\n"))?;
         }
     }
-    let after = pipeline::run(&before.options, std::env::args().collect(), &out, &cache)?;
+    let after = pipeline::run(&before.options, command_line(), &out, &cache)?;
     for (name, version) in &before.versions {
         if after.versions.get(name) != Some(version) {
             let now = after.versions.get(name).map_or("none", String::as_str);
-            print(&format!("version of {name}: {version} then, {now} now\n"));
+            print(&format!("version of {name}: {version} then, {now} now\n"))?;
         }
     }
-    let folder = args.record.parent().unwrap_or(Path::new(""));
     let mut differ = false;
     for (file, then) in &before.outputs {
         let verdict = match after.outputs.get(file) {
@@ -53,10 +59,10 @@ pub fn run(args: &Args) -> Outcome {
             }
         };
         differ |= !after.outputs.contains_key(file);
-        print(&format!("{file}: {verdict}\n"));
+        print(&format!("{file}: {verdict}\n"))?;
     }
     if let Some(out) = &args.out {
-        print(&format!("the new result is in {}\n", out.display()));
+        print(&format!("the new result is in {}\n", out.display()))?;
     }
     Ok(differ.then_some(Status::ReplayDiffers))
 }

@@ -1,5 +1,6 @@
 //! `soilsig schema`: the formats of files, as JSON Schema.
 
+use soilsig::error::Error;
 use soilsig::scene::Scene;
 
 use super::print;
@@ -17,9 +18,9 @@ enum Format {
     Scene,
 }
 
-pub fn run(args: &Args) {
+pub fn run(args: &Args) -> Result<(), Error> {
     let schema = match args.format {
         Format::Scene => schemars::schema_for!(Scene),
     };
-    print(&format!("{}\n", serde_json::to_string_pretty(&schema).expect("plain data")));
+    print(&format!("{}\n", serde_json::to_string_pretty(&schema).expect("plain data")))
 }

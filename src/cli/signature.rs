@@ -55,7 +55,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
     let bands = signature::evaluate(&table, &wavelengths_um)?;
     match &args.out {
         Some(path) => signature::write_csv(&bands, path)?,
-        None => print(&signature::csv_text(&bands)),
+        None => print(&signature::csv_text(&bands))?,
     }
     if let (Some(path), Some(format)) = (&args.plot, format) {
         let versions = BTreeMap::from([("soilsig".into(), env!("CARGO_PKG_VERSION").into())]);

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use soilsig::error::{Error, Status};
+use soilsig::error::Status;
 use soilsig::progress::Step;
 use soilsig::scene::Scene;
 use soilsig::stop::Target;
@@ -47,13 +47,13 @@ pub fn run(args: &Args) -> Outcome {
         })?;
     table.write(&args.out)?;
     step.done(&format!("{} paths, {} hits", table.paths, table.hits));
-    let bands = signature::evaluate(&table, &wavelengths_um).map_err(Error::from)?;
+    let bands = signature::evaluate(&table, &wavelengths_um)?;
     let reached = report::reached(&table, &bands);
     if args.json {
-        print(&format!("{}\n", serde_json::to_string_pretty(&reached).expect("plain data")));
+        print(&format!("{}\n", serde_json::to_string_pretty(&reached).expect("plain data")))?;
     } else {
-        print(&format!("{}: {}", scene.name, report::reached_words(&reached)));
-        print(report::ONE_PACKING);
+        print(&format!("{}: {}", scene.name, report::reached_words(&reached)))?;
+        print(report::ONE_PACKING)?;
     }
     Ok((!table.stop.reached).then_some(Status::ToleranceNotReached))
 }
