@@ -233,10 +233,8 @@ fn a_tolerance_that_the_caps_do_not_allow_has_its_own_status_and_a_result() {
     assert!(out.contains("not reached"), "{out}");
     // Two paths that happen to weigh the same are no result within the tolerance.
     for seed in ["1", "2", "3", "4", "5", "6"] {
-        let few = ["--max-paths", "2", "--seed", seed];
-        let args =
-            [&["trace", &shipped("settled_patch.json"), "-o", "few.json"][..], &few].concat();
-        place.run(&args, 4);
+        let few = ["--out", "few.json", "--max-paths", "2", "--seed", seed];
+        place.run(&[&["trace", &shipped("settled_patch.json")][..], &few].concat(), 4);
     }
     place.run(&["signature", "t.json"], 0);
 }
