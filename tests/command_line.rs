@@ -164,7 +164,7 @@ fn a_full_standard_output_is_an_error_and_a_closed_one_is_not() {
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_soilsig"));
     let status = command.args(["schema", "scene"]).stdout(full()).status().expect("it runs");
     assert_eq!(status.code(), Some(1));
-    let text = "'$0' schema scene | head -1";
+    let text = "\"$0\" schema scene | head -1";
     let mut shell = std::process::Command::new("sh");
     let status = shell.args(["-c", text, env!("CARGO_BIN_EXE_soilsig")]).output().expect("it runs");
     assert!(status.status.success() && status.stderr.is_empty(), "{status:?}");
