@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
@@ -67,8 +67,9 @@ pub struct Options {
     pub blender_timeout_s: u64,
 }
 
-/// Runs the pipeline; all files go below `out`. `run.json` is removed first and written last: where it
-/// is, the result is whole.
+/// Runs the pipeline; all files go below `out`. `run.json` is removed before the first result is written and
+/// written last: where it is, the result is whole. A run that fails before it has a result leaves an earlier
+/// one alone; one that succeeds removes what the earlier one had and it has not.
 pub fn run(
     options: &Options,
     command: Vec<String>,
@@ -76,15 +77,7 @@ pub fn run(
     cache: &Cache,
 ) -> Result<Record, Error> {
     output::folder(out)?;
-    // What an earlier run left here must not pass for this one's.
-    let earlier = out.join("run.json");
-    if let Ok(record) = Record::read(&earlier) {
-        output::remove(&earlier)?;
-        for file in record.outputs.keys() {
-            output::remove(&out.join(file))?;
-        }
-    }
-    output::remove(&earlier)?;
+    let earlier = Record::read(&out.join("run.json")).ok();
     let mut record = Record {
         soilsig_run: record::FORMAT,
         command,
@@ -123,6 +116,13 @@ pub fn run(
             let scene = Scene::read(path)?;
             record.inputs.insert(path.display().to_string(), output::sha256_hex(path)?);
             Run { options, out, below: "", cache, record: &mut record }.scene(scene, path)?;
+        }
+    }
+    for file in earlier.iter().flat_map(|earlier| earlier.outputs.keys()) {
+        // The record may be by other hands: only plain names below the folder are its files.
+        let below = Path::new(file).components().all(|part| matches!(part, Component::Normal(_)));
+        if below && !record.outputs.contains_key(file) {
+            output::remove(&out.join(file))?;
         }
     }
     record.write(&out.join("run.json"))?;
@@ -195,6 +195,11 @@ impl Run<'_> {
         self.out.join(self.below).join(file)
     }
 
+    /// From here on the folder holds parts of this run: an earlier record no longer speaks for it.
+    fn begin_to_write(&self) -> Result<(), Error> {
+        Ok(output::remove(&self.out.join("run.json"))?)
+    }
+
     /// Notes a file that was written.
     fn wrote(&mut self, file: &str) -> Result<(), Error> {
         let sha256 = output::sha256_hex(&self.place(file))?;
@@ -242,6 +247,7 @@ impl Run<'_> {
         let made = self.cache.stage("drop", &made_from, |folder| {
             drop_in_blender(&blender, scene, self.options, folder, &log, &step)
         })?;
+        self.begin_to_write()?;
         for file in made.files.iter().filter(|file| *file != "scene.json") {
             output::copy(&made.folder.join(file), &self.place(file))?;
             self.wrote(file)?;
@@ -295,6 +301,7 @@ impl Run<'_> {
             })?;
             Ok(table.write(&folder.join("table.json"))?)
         })?;
+        self.begin_to_write()?;
         output::copy(&made.folder.join("table.json"), &self.place("table.json"))?;
         self.wrote("table.json")?;
         let table = Table::read(&self.place("table.json"))?;

@@ -278,6 +278,40 @@ fn the_pipeline_takes_placed_scenes_without_blender_and_replays_them() {
 }
 
 #[test]
+fn a_run_that_fails_leaves_an_earlier_result_alone_and_one_that_succeeds_replaces_it() {
+    let place = Place::new();
+    let scene = shipped("settled_patch.json");
+    place.run(&["pipeline", "--scene", &scene, "--out", "r"], 0);
+    let files = || {
+        let entries = fs::read_dir(place.path("r")).expect("a folder");
+        let mut all: Vec<_> = entries
+            .map(|entry| entry.expect("an entry").path())
+            .map(|path| (fs::read(&path).expect("a file"), path))
+            .collect();
+        all.sort();
+        all
+    };
+    let before = files();
+    place.refused(&["pipeline", "--coverage", "thick", "--out", "r"], 2);
+    place.refused(&["pipeline", "--scene", "gone.json", "--out", "r"], 3);
+    place.refused(&["pipeline", "--scene", &scene, "--out", "r", "--range", "7-14"], 3);
+    assert!(files() == before, "a failed run changed an earlier result");
+    // A record that names files of this run's, of an earlier one's and of nobody's.
+    fs::write(place.path("mine"), "keep").expect("written");
+    fs::write(place.path("r/old.obj"), "stale").expect("written");
+    let record = fs::read_to_string(place.path("r/run.json")).expect("written");
+    let mut record: Value = serde_json::from_str(&record).expect("JSON");
+    let any = record["outputs"]["table.json"].clone();
+    let absolute = place.path("mine").display().to_string();
+    for name in ["old.obj", "../mine", &absolute] {
+        record["outputs"][name] = any.clone();
+    }
+    fs::write(place.path("r/run.json"), record.to_string()).expect("written");
+    place.run(&["pipeline", "--scene", &scene, "--out", "r"], 0);
+    assert!(!place.path("r/old.obj").exists() && place.path("mine").exists());
+}
+
+#[test]
 fn the_scene_schema_admits_the_shipped_scenes_and_refuses_unknown_keys() {
     let place = Place::new();
     let (out, _) = place.run(&["schema", "scene"], 0);
