@@ -159,6 +159,9 @@ pub struct Packing {
     /// The classes of fines, any number of them; none for bare grains.
     #[serde(default)]
     pub fines: Vec<FineClass>,
+    /// How the fines sit on a grain.
+    #[serde(default)]
+    pub dust: Dust,
     /// How many different dressed grains are modelled of each class.
     pub variants: u32,
     /// Length of the tray along x and y, um.
@@ -208,7 +211,54 @@ pub struct GrainClass {
     /// How many grains of this class are dropped.
     pub count: u32,
     /// How many fines sit on each.
-    pub fines: u32,
+    pub fines: Fines,
+}
+
+/// How many fines sit on a grain.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Fines {
+    /// So many.
+    Count(u32),
+    /// As many as it takes.
+    Cover(Cover),
+}
+
+/// The cover that fines are to reach.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cover {
+    /// Share of the dusty grain's silhouette, seen from afar and averaged over all directions, that is
+    /// fines: 0 to 1.
+    pub silhouette: f64,
+}
+
+impl Fines {
+    /// Whether there is none.
+    pub fn is_none(self) -> bool {
+        match self {
+            Self::Count(count) => count == 0,
+            Self::Cover(cover) => cover.silhouette == 0.0,
+        }
+    }
+}
+
+/// How the fines sit on a grain.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Dust {
+    /// Most layers: fines that find no free seat on the grain sit on the fines of the layer below, up to
+    /// this many layers.
+    pub layers: u32,
+    /// How deep a fine may pass through its neighbours, as a share of its diameter: 0 keeps them apart, 1 asks
+    /// nothing of them.
+    pub overlap: f64,
+}
+
+impl Default for Dust {
+    fn default() -> Self {
+        Self { layers: 8, overlap: 0.0 }
+    }
 }
 
 /// One class of fines.
@@ -231,17 +281,45 @@ pub struct FineClass {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Drop {
+    /// What of a dusty grain collides.
+    pub collision: Collision,
     /// Steps of the solver within a frame of 1/24 s.
     pub substeps: u32,
     /// Iterations of the solver within a step.
     pub iterations: u32,
     /// Frames after which a bed that still moves is refused.
     pub max_frames: u32,
+    /// Length of the mean grain diameter in the solver's units: it is at home with a few.
+    pub scale: f64,
+    /// Gravity in the solver's units: only the clock depends on it.
+    pub gravity: f64,
+    /// Distance that the solver keeps between hulls, in its units.
+    pub margin: f64,
+}
+
+/// What of a dusty grain collides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Collision {
+    /// The convex hull of the dusty grain: the fastest.
+    Hull,
+    /// The hull until the bed rests, then every fine and the grain itself, so that fines touch fines.
+    HullThenFines,
+    /// The dusty grain's own mesh from the first frame on: for a few grains.
+    Mesh,
 }
 
 impl Default for Drop {
     fn default() -> Self {
-        Self { substeps: 6, iterations: 30, max_frames: 400 }
+        Self {
+            collision: Collision::Hull,
+            substeps: 6,
+            iterations: 30,
+            max_frames: 400,
+            scale: 6.5,
+            gravity: 98.1,
+            margin: 0.04,
+        }
     }
 }
 
@@ -411,18 +489,31 @@ impl Scene {
         for (i, grain) in packing.grains.iter().enumerate() {
             positive(grain.diameter_um, &at(&format!("grains[{i}].diameter_um")))?;
             self.known(&grain.material, &at(&format!("grains[{i}].material")))?;
-            for (key, number) in [("count", grain.count), ("fines", grain.fines)] {
-                need(number <= MOST, &at(&format!("grains[{i}].{key}")), || {
-                    format!("{number} is more than {MOST}")
-                })?;
+            need(grain.count <= MOST, &at(&format!("grains[{i}].count")), || {
+                format!("{} is more than {MOST}", grain.count)
+            })?;
+            match grain.fines {
+                Fines::Count(count) => {
+                    need(count <= MOST, &at(&format!("grains[{i}].fines")), || {
+                        format!("{count} is more than {MOST}")
+                    })?;
+                }
+                Fines::Cover(Cover { silhouette }) => need(
+                    (0.0..=1.0).contains(&silhouette),
+                    &at(&format!("grains[{i}].fines.silhouette")),
+                    || format!("{silhouette} is not within 0 to 1"),
+                )?,
             }
-            need(grain.fines == 0 || !packing.fines.is_empty(), &at("fines"), || {
-                format!(
-                    "{} wants {} fines, but there is no class of fines",
-                    grain.name, grain.fines
-                )
+            need(grain.fines.is_none() || !packing.fines.is_empty(), &at("fines"), || {
+                format!("{} wants fines, but there is no class of them", grain.name)
             })?;
         }
+        need((1..=100).contains(&packing.dust.layers), &at("dust.layers"), || {
+            format!("{} is not within 1 to 100", packing.dust.layers)
+        })?;
+        need((0.0..=1.0).contains(&packing.dust.overlap), &at("dust.overlap"), || {
+            format!("{} is not within 0 to 1", packing.dust.overlap)
+        })?;
         for (i, fine) in packing.fines.iter().enumerate() {
             positive(fine.diameter_um, &at(&format!("fines[{i}].diameter_um")))?;
             self.known(&fine.material, &at(&format!("fines[{i}].material")))?;
@@ -454,7 +545,13 @@ impl Scene {
         ] {
             need(value > 0, &at(key), || "must be at least 1".into())?;
         }
-        Ok(())
+        positive(packing.drop.scale, &at("drop.scale"))?;
+        positive(packing.drop.gravity, &at("drop.gravity"))?;
+        need(
+            packing.drop.margin.is_finite() && packing.drop.margin >= 0.0,
+            &at("drop.margin"),
+            || "must not be negative".into(),
+        )
     }
 
     fn check_placed(&self, placed: &Placed) -> Result<(), (String, String)> {

@@ -10,6 +10,9 @@ from .shapes import SHAPES
 # Blender cuts longer names off; white space and '#' would break the .obj.
 _NAME = re.compile(r"[^\s#]{1,40}")
 
+# What of a dusty grain collides.
+COLLISIONS = ("hull", "hull_then_fines", "mesh")
+
 
 def load(path):
     """The whole scene and its packing, or an error that names the key."""
@@ -40,7 +43,7 @@ def load(path):
 
 def _check_packing(packing, materials):
     where = "geometry.packing"
-    keys = "seed grains fines variants tray_um crop_um floor_material drop"
+    keys = "seed grains fines dust variants tray_um crop_um floor_material drop"
     _keys(packing, where, keys)
     _integer(packing, where, "seed", 0)
     _integer(packing, where, "variants", 1, 1000)
@@ -51,8 +54,8 @@ def _check_packing(packing, materials):
         _keys(grain, at, "name shape diameter_um material count fines")
         _common(grain, at, materials)
         _integer(grain, at, "count", 0, 100_000)
-        _integer(grain, at, "fines", 0, 100_000)
-        if grain["fines"] and not packing["fines"]:
+        _check_fines_of(grain, at)
+        if wants_fines(grain) and not packing["fines"]:
             raise RecipeError(
                 f"{at}.fines",
                 f"is {grain['fines']}, but there is no class of fines",
@@ -72,9 +75,36 @@ def _check_packing(packing, materials):
         )
     _check_names(packing, where)
     _check_tray(packing, where)
-    _keys(packing["drop"], f"{where}.drop", "substeps iterations max_frames")
+    _keys(packing["dust"], f"{where}.dust", "layers overlap")
+    _integer(packing["dust"], f"{where}.dust", "layers", 1, 100)
+    _number(packing["dust"], f"{where}.dust", "overlap", 0, 1)
+    _check_drop(packing["drop"], f"{where}.drop")
+
+
+def _check_drop(drop, at):
+    _keys(drop, at, "collision substeps iterations max_frames scale gravity margin")
+    _one_of(drop, at, "collision", COLLISIONS)
     for key, most in (("substeps", 32767), ("iterations", 1000), ("max_frames", 100000)):
-        _integer(packing["drop"], f"{where}.drop", key, 1, most)
+        _integer(drop, at, key, 1, most)
+    for key in ("scale", "gravity", "margin"):
+        _number(drop, at, key, 0)
+    for key in ("scale", "gravity"):
+        if drop[key] == 0:
+            raise RecipeError(f"{at}.{key}", "is 0", "give a number above 0")
+
+
+def wants_fines(grain):
+    """Whether a class of grains asks for any."""
+    fines = grain["fines"]
+    return bool(fines["silhouette"] if isinstance(fines, dict) else fines)
+
+
+def _check_fines_of(grain, at):
+    if isinstance(grain["fines"], dict):
+        _keys(grain["fines"], f"{at}.fines", "silhouette")
+        _number(grain["fines"], f"{at}.fines", "silhouette", 0, 1)
+    else:
+        _integer(grain, at, "fines", 0, 100_000)
 
 
 def _check_names(packing, where):
@@ -159,9 +189,10 @@ def _is_number(value):
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _number(entry, at, key, least):
-    if not _is_number(entry[key]) or entry[key] < least:
-        raise RecipeError(f"{at}.{key}", f"is {entry[key]!r}", f"give a number of at least {least}")
+def _number(entry, at, key, least, most=math.inf):
+    if not _is_number(entry[key]) or not least <= entry[key] <= most:
+        wanted = f"of at least {least}" if most == math.inf else f"from {least} to {most}"
+        raise RecipeError(f"{at}.{key}", f"is {entry[key]!r}", f"give a number {wanted}")
 
 
 def _integer(entry, at, key, least, most=2**53):
