@@ -2,6 +2,8 @@
 
 blender -b --factory-startup --python-exit-code 13 --python drop.py -- --scene S --out DIR
 python drop.py -- --scene S --out DIR        (a Python that imports bpy)
+
+A bed's files go into a folder of DIR named after its seed.
 """
 
 import argparse
@@ -20,8 +22,21 @@ FAILED = 13
 def main(arguments):
     parser = argparse.ArgumentParser(prog="drop.py", description="Drop a bed of dusty grains.")
     parser.add_argument("--scene", required=True, help="scene file with a packing")
-    parser.add_argument("--out", required=True, help="empty folder for the results")
-    parser.add_argument("--patch-obj", action="store_true", help="write the bed flat as well")
+    parser.add_argument("--out", required=True, help="folder for the beds")
+    parser.add_argument(
+        "--bed",
+        type=int,
+        action="append",
+        metavar="SEED",
+        help="a bed to make, instead of the scene's",
+    )
+    parser.add_argument(
+        "--also",
+        action="append",
+        default=[],
+        choices=("scene.glb", "scene.blend", "patch.obj"),
+        help="write this too, of the first bed",
+    )
     options = parser.parse_args(arguments)
     try:
         import numpy  # noqa: F401
@@ -31,9 +46,9 @@ def main(arguments):
             f"the Python inside Blender ({sys.prefix}) cannot import numpy: {error}",
             "apt install python3-numpy",
         ) from error
-    from soilsig_blender.make_bed import make_bed
+    from soilsig_blender.make_bed import make_beds
 
-    make_bed(options.scene, options.out, options.patch_obj)
+    make_beds(options.scene, options.out, options.bed, options.also)
 
 
 def run():
