@@ -48,14 +48,14 @@ class Clearance:
         self.taken = np.concatenate([self.taken, np.zeros(len(seats), bool)])
         self.rivals += [[] for _ in range(len(seats))]
         numbers = np.arange(old, len(self.placed))
-        i, j = self._neighbours(numbers)
         # The spheres within decide most seats.
-        sits = self.taken[j] & self._meet(i, j, self.shapes.inner)
-        self.struck[i[sits]] = True
+        i, _ = self._meeting(numbers, np.flatnonzero(self.taken), self.shapes.inner)
+        self.struck[i] = True
         upper = numbers[(seats.layer > 1) & ~self.struck[numbers]]
         self.struck[upper[self._sunk(upper)]] = True
-        kept = ~(self.struck[i] | self.struck[j])
-        self._note_rivals(*self._through(i[kept], j[kept]))
+        there = np.flatnonzero(~self.struck)
+        i, j = self._meeting(there[there >= old], there, self.shapes.outer)
+        self._note_rivals(*self._through(i[j < i], j[j < i]))
         return old
 
     def take(self, number):
@@ -66,20 +66,14 @@ class Clearance:
         self.struck[self.rivals[number]] = True
         return True
 
-    def _neighbours(self, new):
-        """Pairs of a new seat and one offered before it whose fines may touch."""
-        there = np.flatnonzero(~self.struck)
-        centre = self.placed.centre
-        i, j = near(centre[new], centre[there], 2 * self.shapes.outer.max())
+    def _meeting(self, new, there, radius):
+        """Pairs of seats whose spheres about their centres overlap."""
+        centre, radius = self.placed.centre, radius[self.placed.shape]
+        i, j = near(centre[new], centre[there], 2 * radius.max(initial=0))
         i, j = new[i], there[j]
-        kept = (j < i) & self._meet(i, j, self.shapes.outer)
-        return i[kept], j[kept]
-
-    def _meet(self, i, j, radius):
-        """Whether spheres about the centres overlap."""
-        away = self.placed.centre[i] - self.placed.centre[j]
-        reach = radius[self.placed.shape[i]] + radius[self.placed.shape[j]]
-        return np.einsum("ij,ij->i", away, away) < reach**2
+        away = centre[i] - centre[j]
+        meet = np.einsum("ij,ij->i", away, away) < (radius[i] + radius[j]) ** 2
+        return i[meet], j[meet]
 
     def _sunk(self, numbers):
         """Whether no facet of the grain has all of the fine on its outer side."""

@@ -11,7 +11,7 @@ from .neighbours import clumps, ranges
 # The hull is measured by how far it reaches in this many directions.
 _DIRECTIONS = 1000
 # Side of a clump of points as a share of the whole.
-_CLUMP = 0.04
+_CLUMP = 0.06
 
 
 def reduced_hull(points, tolerance):

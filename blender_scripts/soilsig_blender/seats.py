@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .neighbours import ranges
 from .randomness import shuffled
 from .rows import Rows, padded
 
@@ -15,7 +16,7 @@ _SUPPORT = 0.2
 # Outer facets of a fine: those tilted by less than 72 degrees (cosine) from the facet it sits on.
 _OUTER = 0.3
 # Seats are offered so many at a time: most of a larger batch would be lost to its own first few.
-_BATCH = 128
+_BATCH = 256
 
 
 @dataclass(frozen=True)
@@ -109,22 +110,39 @@ def _cells(body, side, least_area, rng):
     areas, centroids = body.facet_areas_and_centroids
     rotations = frames(body.normals, 2 * np.pi * rng.random(len(areas)))
     offsets = rng.random((len(areas), 2))
-    points, normals = [np.empty((0, 3))], [np.empty((0, 3))]
-    for i, loop in enumerate(body.facets):
-        if areas[i] < least_area:
-            continue
-        corners = (body.vertices[list(loop)] - centroids[i]) @ rotations[i][:, :2]
-        reach = int(np.ceil(np.abs(corners).max() / side)) + 1
-        row, column = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1)
-        y = (row + offsets[i, 1]) * side * np.sqrt(3) / 2
-        x = (column + 0.5 * (row % 2) + offsets[i, 0]) * side
-        ahead = (np.roll(corners, -1, axis=0) - corners)[..., None]
-        corners = corners[..., None]
-        left = ahead[:, 0] * (y - corners[:, 1]) - ahead[:, 1] * (x - corners[:, 0])
-        inside = (left > 0).all(axis=0)
-        flat = np.column_stack([x[inside], y[inside]])
-        if len(flat) == 0:
-            flat = np.zeros((1, 2))
-        points.append(flat @ rotations[i][:, :2].T + centroids[i])
-        normals.append(np.repeat(body.normals[i][None], len(flat), axis=0))
-    return np.vstack(points), np.vstack(normals)
+    wide = np.flatnonzero(areas >= least_area)
+    rotations, offsets, centroids = rotations[wide, :, :2], offsets[wide], centroids[wide]
+    corners = padded([body.vertices[list(body.facets[i])] for i in wide])
+    corners = (corners - centroids[:, None]) @ rotations
+    height = side * np.sqrt(3) / 2
+    facet, row, column = _lattice(corners, side, height, offsets)
+    y = (row + offsets[facet, 1]) * height
+    x = (column + 0.5 * (row % 2) + offsets[facet, 0]) * side
+    # A facet that no point of the lattice falls on offers its middle.
+    missed = np.setdiff1d(np.arange(len(wide)), facet)
+    facet = np.concatenate([facet, missed])
+    order = np.argsort(facet, kind="stable")
+    facet = facet[order]
+    flat = np.vstack([np.column_stack([x, y]), np.zeros((len(missed), 2))])[order]
+    points = (rotations[facet] @ flat[:, :, None])[..., 0] + centroids[facet]
+    return points, body.normals[wide][facet]
+
+
+def _lattice(corners, side, height, offsets):
+    """Facet, row and column of every point of the lattice inside a facet, row by row."""
+    low, high = corners[..., 1].min(axis=1), corners[..., 1].max(axis=1)
+    first = np.ceil(low / height - offsets[:, 1]).astype(int)
+    end = np.floor(high / height - offsets[:, 1]).astype(int) + 1
+    facet, row = np.repeat(np.arange(len(corners)), end - first), ranges(first, end)
+    y = ((row + offsets[facet, 1]) * height)[:, None]
+    # Where the row enters and leaves the facet. Edges along the row do not bound it.
+    ahead = np.roll(corners, -1, axis=1) - corners
+    level = ahead[..., 1] == 0
+    slope = ahead[..., 0] / np.where(level, 1, ahead[..., 1])
+    x = corners[facet, :, 0] + slope[facet] * (y - corners[facet, :, 1])
+    left = np.where((ahead[..., 1] < 0)[facet], x, -np.inf).max(axis=1)
+    right = np.where((ahead[..., 1] > 0)[facet], x, np.inf).min(axis=1)
+    shift = 0.5 * (row % 2) + offsets[facet, 0]
+    first = np.ceil(left / side - shift).astype(int)
+    end = np.maximum(np.floor(right / side - shift).astype(int) + 1, first)
+    return np.repeat(facet, end - first), np.repeat(row, end - first), ranges(first, end)
