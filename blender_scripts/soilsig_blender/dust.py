@@ -1,4 +1,4 @@
-"""Dressing a grain with fines: facet on facet, none sinking into another.
+"""Dressing a grain with fines: facet on facet, none sinking into the grain.
 
 The grain's facets are subdivided into cells of about the fine's size, and every cell is a seat.
 A fine sits on its largest facet, flush with its host's facet, normal against normal, turned at
@@ -14,13 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from .clearance import Clearance
+from .cover import measure
 from .errors import BedError
 from .polyhedron import Polyhedron
 from .randomness import stream
+from .rows import Rows
 from .seats import Pool, frames
 
-# No more layers than this.
-_MOST_LAYERS = 8
+# So many fines are seated before the cover is looked at, if a cover is asked for; then twice as
+# many, and so on, up to what a count could ask for.
+_FIRST_LOOK = 256
+_MOST = 100_000
 
 
 @dataclass(frozen=True)
@@ -35,7 +39,7 @@ class FineClass:
 
 
 @dataclass(frozen=True)
-class Dust:
+class Dust(Rows):
     """The fines of one grain in the order of seating."""
 
     kind: np.ndarray  # (N,) index of the fine class
@@ -43,14 +47,6 @@ class Dust:
     rotation: np.ndarray  # (N, 3, 3)
     position: np.ndarray  # (N, 3)
     layer: np.ndarray  # (N,) 1 on the grain itself
-
-    def __len__(self):
-        return len(self.kind)
-
-    def put(self, i, kind, seats, seat):
-        """Seats fine `i`."""
-        self.kind[i], self.body[i], self.layer[i] = kind, seats.body[seat], seats.layer[seat]
-        self.rotation[i], self.position[i] = seats.rotation[seat], seats.position[seat]
 
 
 def seated_on_base(body: Polyhedron) -> Polyhedron:
@@ -61,45 +57,86 @@ def seated_on_base(body: Polyhedron) -> Polyhedron:
     return body.moved(rotation, -rotation @ centroids[base])
 
 
-def share_out(shares, count):
-    """Classes of the first `count` fines; each prefix is as near the shares as can be."""
-    given = np.zeros(len(shares))
-    order = np.empty(count, int)
-    for i in range(count):
-        order[i] = np.argmax(shares * (i + 1) - given)
-        given[order[i]] += 1
-    return order
+def dress(grain: Polyhedron, fines, wanted, settings, seed, label):
+    """The dust of a grain and its cover.
+
+    `wanted` is a number of fines, or `{"silhouette": share}` for the fewest that cover so much.
+    """
+    dressing = _Dressing(grain, fines, settings, seed, label)
+    if not isinstance(wanted, dict):
+        if not dressing.seat(wanted):
+            raise dressing.refusal(
+                f"of the {wanted} fines on {label} only {dressing.count} find a seat"
+            )
+        return dressing.dust, measure(grain, fines, dressing.dust)
+    share, looked = wanted["silhouette"], 0
+    more = True
+    while True:
+        dust = dressing.dust
+        cover = measure(grain, fines, dust)
+        count = cover.count_for(share)
+        if count is not None:
+            return dust[:count], cover
+        if not more:
+            raise dressing.refusal(
+                f"only {cover.silhouette(len(dust)):.3f} of the silhouette of {label} can be fines, "
+                f"{len(dust)} of them, not {share:g}"
+            )
+        looked = min(max(2 * looked, _FIRST_LOOK), _MOST)
+        more = dressing.seat(looked) and looked < _MOST
 
 
-def dress(grain: Polyhedron, fines, count, seed, label) -> Dust:
-    """Seats `count` fines on the grain."""
-    dust = _empty(count)
-    if not count:
-        return dust
-    clearance = Clearance(grain, fines)
-    pools = [
-        Pool(grain, fines, kind, stream(seed, "dust", label, fine.name))
-        for kind, fine in enumerate(fines)
-    ]
-    for done, kind in enumerate(share_out(np.array([fine.share for fine in fines]), count)):
-        pool = pools[kind]
-        while (seat := pool.take(clearance)) is None:
-            if not pool.refill(dust, done, _MOST_LAYERS):
-                raise BedError(
-                    "scene",
-                    f"only {done} of the {count} fines find a seat on {label} in "
-                    f"{_MOST_LAYERS} layers: a {pool.fine.name} has none",
-                    "ask for fewer or smaller fines",
-                )
-        dust.put(done, kind, pool.seats, seat)
-    return dust
+class _Dressing:
+    """Fines being seated on a grain, as many of each class as its share."""
 
+    def __init__(self, grain, fines, settings, seed, label):
+        self.layers = settings["layers"]
+        self.shares = np.array([fine.share for fine in fines])
+        self.given = np.zeros(len(fines))
+        self.rows = []
+        self.pools = []
+        if fines:
+            self.clearance = Clearance(grain, fines, settings["overlap"])
+            self.pools = [
+                Pool(grain, fines, kind, stream(seed, "dust", label, fine.name))
+                for kind, fine in enumerate(fines)
+            ]
 
-def _empty(count):
-    return Dust(
-        np.empty(count, int),
-        np.empty(count, int),
-        np.empty((count, 3, 3)),
-        np.empty((count, 3)),
-        np.empty(count, int),
-    )
+    @property
+    def count(self):
+        return len(self.rows)
+
+    @property
+    def dust(self):
+        kind, body, rotation, position, layer = zip(*self.rows) if self.rows else [()] * 5
+        return Dust(
+            np.array(kind, int),
+            np.array(body, int),
+            np.array(rotation).reshape(-1, 3, 3),
+            np.array(position).reshape(-1, 3),
+            np.array(layer, int),
+        )
+
+    def seat(self, count):
+        """Seats fines until there are so many; says whether that many found a seat."""
+        while len(self.rows) < count:
+            kind = int(np.argmax(self.shares * (len(self.rows) + 1) - self.given))
+            pool = self.pools[kind]
+            while (at := pool.take(self.clearance)) is None:
+                if not pool.refill(self.dust, self.layers):
+                    self.lacking = pool.fine.name
+                    return False
+            self.given[kind] += 1
+            seats = pool.seats
+            self.rows.append(
+                (kind, seats.body[at], seats.rotation[at], seats.position[at], seats.layer[at])
+            )
+        return True
+
+    def refusal(self, message):
+        layers = "1 layer" if self.layers == 1 else f"{self.layers} layers"
+        return BedError(
+            "scene",
+            f"{message}: no seat is left for a {self.lacking} in {layers}",
+            "raise geometry.packing.dust.layers or overlap, or ask for fewer or smaller fines",
+        )

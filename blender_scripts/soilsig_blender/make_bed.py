@@ -48,7 +48,7 @@ def _make_bed(scene, packing, folder, extra):
     prototypes = []
     wanted = variants(packing)
     for grain_class, variant in wanted:
-        prototypes.append(build(grain_class, variant, fines, packing["seed"]))
+        prototypes.append(build(grain_class, variant, fines, packing))
         progress("dust", len(prototypes), len(wanted))
     clock.lap("dust")
     dropped = drop(prototypes, packing)

@@ -11,6 +11,9 @@ from .rows import Rows, padded
 # Side of a cell on a facet as a share of the fine's diameter: below 1 so that a seat lost to a
 # neighbour leaves another one close by.
 _CELL = 0.65
+# Where no seat is left in any layer, the grain's facets are divided again, into cells of half the
+# side, until there have been so many lattices.
+_LATTICES = 2
 # A facet offers a seat if its area is at least this share of the area of the fine's base.
 _SUPPORT = 0.2
 # Outer facets of a fine: those tilted by less than 72 degrees (cosine) from the facet it sits on.
@@ -47,8 +50,14 @@ class Pool:
         base_area = max(b.facet_areas_and_centroids[0].max() for b in self.fine.bodies)
         self.outer = _OuterFacets(fines, _SUPPORT * base_area)
         self.hosts_used = 0
-        points, normals = _cells(grain, _CELL * self.fine.diameter_um, _SUPPORT * base_area, rng)
+        self.grain, self.least_area, self.lattices = grain, _SUPPORT * base_area, 0
+        self._fill_from_grain()
+
+    def _fill_from_grain(self):
+        side = _CELL * self.fine.diameter_um / 2**self.lattices
+        points, normals = _cells(self.grain, side, self.least_area, self.rng)
         self._fill(points, normals, np.ones(len(points), int))
+        self.lattices += 1
 
     def _fill(self, points, normals, layers):
         order = shuffled(self.rng, len(points))
@@ -72,14 +81,16 @@ class Pool:
         self.at = self.count
         return None
 
-    def refill(self, dust, count, most_layers):
-        """Seats on the fines seated since the last time; says whether there are any."""
-        hosts = np.arange(self.hosts_used, count)
+    def refill(self, dust, most_layers):
+        """Further seats, first on the fines seated since the last time; says whether there are."""
+        hosts = np.arange(self.hosts_used, len(dust))
         hosts = hosts[dust.layer[hosts] < most_layers]
-        self.hosts_used = count
+        self.hosts_used = len(dust)
         points, normals, of = self.outer.of(dust, hosts)
         self._fill(points, normals, dust.layer[hosts][of] + 1)
-        return len(points) > 0
+        if not self.count and self.lattices < _LATTICES:
+            self._fill_from_grain()
+        return self.count > 0
 
 
 class _OuterFacets:

@@ -19,6 +19,7 @@ pub const SCRIPTS: &[(&str, &str)] = scripts![
     "soilsig_blender/blend_addresses.py",
     "soilsig_blender/checks.py",
     "soilsig_blender/clearance.py",
+    "soilsig_blender/cover.py",
     "soilsig_blender/descriptors.py",
     "soilsig_blender/dust.py",
     "soilsig_blender/errors.py",
@@ -42,6 +43,7 @@ pub const SCRIPTS: &[(&str, &str)] = scripts![
     "soilsig_blender/seats.py",
     "soilsig_blender/settle.py",
     "soilsig_blender/shapes.py",
+    "soilsig_blender/solids.py",
 ];
 
 /// Writes all scripts into a folder.

@@ -1,0 +1,87 @@
+"""The shapes of fines side by side: which planes they lie beyond, which lines meet them.
+
+Arrays of different lengths are filled up by repetition, so that all are handled at a time.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .rows import Rows, padded
+
+# Lines are met with the bodies in batches of this many pairs, to bound the memory.
+_BATCH = 1 << 19
+
+
+@dataclass(frozen=True)
+class Placed(Rows):
+    """Bodies by the index of their shape, in their places."""
+
+    shape: np.ndarray  # (N,)
+    rotation: np.ndarray  # (N, 3, 3)
+    position: np.ndarray  # (N, 3)
+    centre: np.ndarray  # (N, 3) of mass
+
+
+class Shapes:
+    """Convex bodies about their own origins."""
+
+    def __init__(self, bodies):
+        self.vertices = padded([body.vertices for body in bodies])
+        self.normals = padded([body.normals for body in bodies])
+        self.offsets = padded([body.offsets for body in bodies])
+        self.centre = np.array([body.volume_and_centroid[1] for body in bodies]).reshape(-1, 3)
+        # Radii of the spheres about the centre that lie within the body, and around it.
+        heights = self.offsets - turned(self.normals, self.centre)
+        spokes = np.linalg.norm(self.vertices - self.centre[:, None], axis=2)
+        self.inner, self.outer = heights.min(axis=1), spokes.max(axis=1)
+
+    def placed(self, shape, rotation, position):
+        return Placed(shape, rotation, position, turned(rotation, self.centre[shape]) + position)
+
+    def beyond(self, normals, offsets, shape, rotation, position, slack):
+        """Whether all of a body but a depth of `slack` lies outside one of its planes.
+
+        The planes (N, F, 3), (N, F) and the pose of the body are in one frame; pair by pair.
+        """
+        centre = turned(rotation, self.centre[shape]) + position
+        heights = turned(normals, centre) - offsets
+        # The sphere within has to lie outside as well: that leaves few planes.
+        pair, plane = np.nonzero(heights > (self.inner[shape] - slack)[:, None])
+        normal = normals[pair, plane]
+        towards = turned(rotation[pair].transpose(0, 2, 1), normal)
+        lowest = turned(self.vertices[shape[pair]], towards).min(axis=1)
+        lowest += (normal * position[pair]).sum(axis=1) - offsets[pair, plane]
+        found = np.zeros(len(shape), bool)
+        found[pair[lowest >= -slack[pair]]] = True
+        return found
+
+    def met(self, origins, directions, placed):
+        """Lines that meet bodies: their indices and where the line enters and leaves."""
+        step = max(1, _BATCH // max(1, len(placed)))
+        parts = [
+            self._met(at, origins[at : at + step], directions[at : at + step], placed)
+            for at in range(0, len(origins), step)
+        ]
+        return tuple(map(np.concatenate, zip(*parts)))
+
+    def _met(self, first, origins, directions, placed):
+        centre = placed.centre
+        along = directions @ centre.T - (directions * origins).sum(axis=1)[:, None]
+        squared = (origins**2).sum(axis=1)[:, None] - 2 * origins @ centre.T
+        squared += (centre**2).sum(axis=1) - self.outer[placed.shape] ** 2
+        line, body = np.nonzero(squared < along**2)
+        shape, back = placed.shape[body], placed.rotation[body].transpose(0, 2, 1)
+        origin = turned(back, origins[line] - placed.position[body])
+        inward = -turned(self.normals[shape], turned(back, directions[line]))
+        depth = turned(self.normals[shape], origin) - self.offsets[shape]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            crossing = depth / inward
+        enter = np.where(inward > 0, crossing, -np.inf).max(axis=1)
+        leave = np.where(inward < 0, crossing, np.inf).min(axis=1)
+        met = (enter < leave) & ~((inward == 0) & (depth > 0)).any(axis=1)
+        return first + line[met], body[met], enter[met], leave[met]
+
+
+def turned(matrices, vectors):
+    return (matrices @ vectors[..., None])[..., 0]
