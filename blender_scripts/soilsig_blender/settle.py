@@ -28,11 +28,14 @@ _FRICTION = 0.6
 _RESTITUTION = 0.05
 # Damping while the grains fall and find their places.
 _DAMPING = 0.1
-# Then contacts go on jittering and grains on creeping, so once the grains have all but stopped (mean
-# kinetic energy as a share of m g d, top speed as a share of sqrt(g d)) the drop goes on without
-# inertia: Bullet forgets every velocity at each step, and a grain that nothing holds sinks by g dt2.
-_SLOW_ENERGY = 1e-3
-_SLOW_SPEED = 0.5
+# Then contacts go on jittering and grains on creeping. So once the grains have fallen and all but
+# stopped (mean kinetic energy as a share of m g d, top speed as a share of sqrt(g d)), or half of
+# the frames are spent, the drop goes on without inertia: Bullet forgets every velocity at each
+# step, and a grain that nothing holds sinks by g dt2. Sooner, and the bed would be looser: it packs
+# while it rattles.
+_FALLING_ENERGY = 1e-3
+_SLOW_ENERGY = 1e-4
+_SLOW_SPEED = 0.3
 _FULL_DAMPING = 1.0
 # At rest: what a grain still moves, as a share of that sinking, is the share of its weight that no
 # contact carries. It is to be below the first number on the mean and below the second for every
@@ -213,11 +216,13 @@ def _run(bodies, settings):
         if damped:
             at_rest = speeds.mean() < _REST_MEAN * sinking and speeds.max() < _REST_WORST * sinking
             calm = calm + 1 if at_rest else 0
-        elif fell and energy < _SLOW_ENERGY and speeds.max() < _SLOW_SPEED:
-            _damp(bodies, _FULL_DAMPING)
-            damped = True
+        elif fell:
+            slow = energy < _SLOW_ENERGY and speeds.max() < _SLOW_SPEED
+            if slow or frame > settings["max_frames"] / 2:
+                _damp(bodies, _FULL_DAMPING)
+                damped = True
         # The first frames are still: Bullet has not begun to step.
-        fell = fell or energy > _SLOW_ENERGY
+        fell = fell or energy > _FALLING_ENERGY
         if frame % 5 == 0:
             progress("drop", frame, settings["max_frames"])
         if calm >= _REST_FRAMES or not np.isfinite(poses).all():
