@@ -8,10 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .neighbours import near
+from .seats import frames
 from .solids import Shapes
+from .sphere import GOLDEN_ANGLE, fibonacci
 
-# Lines through the dusty grain (some three in five meet it), and points on the grain.
-_LINES = 4000
+# The dusty grain is seen from so many sides; so many points are looked at on the grain itself.
+_DIRECTIONS = 64
 _POINTS = 2000
 # The lines that meet no fine meet it after all others.
 _NEVER = np.iinfo(int).max
@@ -46,28 +49,67 @@ class Cover:
         return int(earliest[enough[0]]) + 1 if len(enough) else None
 
 
-def measure(grain, fines, dust) -> Cover:
-    """The cover of a grain about its centroid by its fines."""
+def measure(grain, fines, dust, lines=32) -> Cover:
+    """The cover of a grain about its centroid by its fines.
+
+    With `lines` parallel lines from each side, of which some three in five meet the dusty grain:
+    32 give the share of the silhouette to a standard error of .011, 128 to half of that.
+    """
     shapes = Shapes([body for fine in fines for body in fine.bodies])
     first = np.cumsum([0] + [len(fine.bodies) for fine in fines])
     placed = shapes.placed(first[dust.kind] + dust.body, dust.rotation, dust.position)
-    reach = np.linalg.norm(grain.vertices, axis=1).max()
-    outer = np.linalg.norm(placed.centre, axis=1) + shapes.outer[placed.shape]
-    origins, directions = _lines(_LINES, max(reach, outer.max(initial=0)))
-    core = Shapes([grain])
-    line, _, enter, _ = core.met(
-        origins, directions, core.placed(np.zeros(1, int), np.eye(3)[None], np.zeros((1, 3)))
-    )
-    grain_at = np.full(_LINES, np.inf)
-    grain_at[line] = enter
-    line, fine, enter, _ = shapes.met(origins, directions, placed)
-    front = enter < grain_at[line]
-    on_line = _earliest(_LINES, line[front], fine[front])
+    return Cover(*_from_afar(grain, shapes, placed, lines), _above_surface(grain, shapes, placed))
 
+
+def _from_afar(grain, shapes, placed, lines):
+    """Of each line the earliest fine in front of the grain, and whether it meets the grain."""
+    turn = frames(fibonacci(_DIRECTIONS), np.zeros(_DIRECTIONS))
+    outer = shapes.outer[placed.shape]
+    reach = max(
+        np.linalg.norm(grain.vertices, axis=1).max(),
+        (np.linalg.norm(placed.centre, axis=1) + outer).max(initial=0),
+    )
+    # Parallel lines on a spiral that fills the disc evenly, turned from one direction to the next.
+    side, number = np.divmod(np.arange(_DIRECTIONS * lines), lines)
+    away = reach * np.sqrt((number + 0.5) / lines)
+    angle = GOLDEN_ANGLE * (number + lines * side)
+    flat = np.column_stack([away * np.cos(angle), away * np.sin(angle)])
+    origins, directions = (turn[side, :, :2] @ flat[:, :, None])[..., 0], -turn[side, :, 2]
+
+    core = Shapes([grain])
+    enter, leave = core.crossings(origins, directions, core.at_origin(len(origins)))
+    grain_at = np.where(enter < leave, enter, np.inf)
+
+    # Seen along a direction, only fines beside a line can meet it: neighbours on a plane, the
+    # planes of all directions being stacked.
+    level = 4 * shapes.outer.max(initial=1) * np.arange(_DIRECTIONS)
+    seen = np.empty((_DIRECTIONS, len(placed), 3))
+    seen[..., :2], seen[..., 2] = placed.centre @ turn[:, :, :2], level[:, None]
+    line, fine = near(
+        np.column_stack([flat, level[side]]), seen.reshape(-1, 3), shapes.outer.max(initial=1)
+    )
+    away = flat[line] - seen.reshape(-1, 3)[fine, :2]
+    fine %= max(len(placed), 1)
+    depth = (placed.centre[fine] * directions[line]).sum(axis=1) - outer[fine]
+    kept = ((away**2).sum(axis=1) < outer[fine] ** 2) & (depth < grain_at[line])
+    line, fine = line[kept], fine[kept]
+    enter, leave = shapes.crossings(origins[line], directions[line], placed[fine])
+    front = (enter < leave) & (enter < grain_at[line])
+    return _earliest(len(origins), line[front], fine[front]), np.isfinite(grain_at)
+
+
+def _above_surface(grain, shapes, placed):
+    """Of each point on the grain the earliest fine that its outward normal meets."""
     points, normals = _points(grain, _POINTS)
-    point, fine, _, leave = shapes.met(points, normals, placed)
-    above = leave > 0
-    return Cover(on_line, np.isfinite(grain_at), _earliest(_POINTS, point[above], fine[above]))
+    outer = shapes.outer[placed.shape]
+    heights = (placed.centre @ grain.normals.T - grain.offsets).max(axis=1)
+    point, fine = near(points, placed.centre, (heights + outer).max(initial=1))
+    away = np.cross(placed.centre[fine] - points[point], normals[point])
+    kept = (away**2).sum(axis=1) < outer[fine] ** 2
+    point, fine = point[kept], fine[kept]
+    enter, leave = shapes.crossings(points[point], normals[point], placed[fine])
+    above = (enter < leave) & (leave > 0)
+    return _earliest(_POINTS, point[above], fine[above])
 
 
 def _earliest(count, line, fine):
@@ -76,36 +118,15 @@ def _earliest(count, line, fine):
     return earliest
 
 
-def _lines(count, radius):
-    """Lines that meet a sphere about the origin, even in direction and place."""
-    height, turn, away, angle = _even(count, 4)
-    height, turn = 2 * height - 1, 2 * np.pi * turn
-    ring = np.sqrt(1 - height**2)
-    cosine, sine = np.cos(turn), np.sin(turn)
-    directions = np.column_stack([ring * cosine, ring * sine, height])
-    side = np.column_stack([-sine, cosine, np.zeros(count)])
-    up = np.cross(directions, side)
-    away, angle = radius * np.sqrt(away), 2 * np.pi * angle
-    return side * (away * np.cos(angle))[:, None] + up * (away * np.sin(angle))[:, None], directions
-
-
 def _points(body, count):
     """Points even over the surface of a body, with its normals there."""
-    choice, u, v = _even(count, 3)
     a, b, c = body.vertices[body.triangles].transpose(1, 0, 2)
     normals = np.cross(b - a, c - a)
     areas = np.linalg.norm(normals, axis=1)
-    at = np.searchsorted(np.cumsum(areas), choice * areas.sum(), side="right")
+    at = np.searchsorted(np.cumsum(areas), (np.arange(count) + 0.5) / count * areas.sum())
     at = np.minimum(at, len(areas) - 1)
+    # Multiples of powers of an irrational number fill the square evenly.
+    u, v = (np.arange(count) * np.array([[0.7548776662466927], [0.5698402909980532]])) % 1
     u, v = np.where(u + v > 1, 1 - u, u)[:, None], np.where(u + v > 1, 1 - v, v)[:, None]
     points = a[at] + u * (b - a)[at] + v * (c - a)[at]
     return points, normals[at] / areas[at, None]
-
-
-def _even(count, dimensions):
-    """A sequence that fills the unit cube evenly: multiples of powers of an irrational number."""
-    ratio = 2.0
-    for _ in range(60):
-        ratio = (1 + ratio) ** (1 / (dimensions + 1))
-    steps = ratio ** -np.arange(1.0, dimensions + 1)
-    return (0.5 + np.arange(1, count + 1) * steps[:, None]) % 1

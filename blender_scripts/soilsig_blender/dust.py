@@ -25,6 +25,8 @@ from .seats import Pool, frames
 # many, and so on, up to what a count could ask for.
 _FIRST_LOOK = 256
 _MOST = 100_000
+# Parallel lines that measure a cover asked for.
+_LINES = 128
 
 
 @dataclass(frozen=True)
@@ -69,18 +71,17 @@ def dress(grain: Polyhedron, fines, wanted, settings, seed, label):
                 f"of the {wanted} fines on {label} only {dressing.count} find a seat"
             )
         return dressing.dust, measure(grain, fines, dressing.dust)
-    share, looked = wanted["silhouette"], 0
-    more = True
+    share, looked, more = wanted["silhouette"], 0, True
     while True:
         dust = dressing.dust
-        cover = measure(grain, fines, dust)
+        cover = measure(grain, fines, dust, _LINES)
         count = cover.count_for(share)
         if count is not None:
             return dust[:count], cover
         if not more:
             raise dressing.refusal(
-                f"only {cover.silhouette(len(dust)):.3f} of the silhouette of {label} can be fines, "
-                f"{len(dust)} of them, not {share:g}"
+                f"of the silhouette of {label} no more than {cover.silhouette(len(dust)):.3f} "
+                f"can be fines ({len(dust)} of them), not {share:g}"
             )
         looked = min(max(2 * looked, _FIRST_LOOK), _MOST)
         more = dressing.seat(looked) and looked < _MOST

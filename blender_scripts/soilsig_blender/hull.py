@@ -7,6 +7,7 @@ beside another corner of the same fine.
 import numpy as np
 
 from .neighbours import clumps, ranges
+from .sphere import fibonacci
 
 # The hull is measured by how far it reaches in this many directions.
 _DIRECTIONS = 1000
@@ -19,7 +20,7 @@ def reduced_hull(points, tolerance):
 
     The point that is missed most is taken first.
     """
-    directions = _fibonacci(_DIRECTIONS)
+    directions = fibonacci(_DIRECTIONS)
     extreme = _extreme(points, directions)
     candidates, extreme = np.unique(extreme, return_inverse=True)
     reach = points[candidates] @ directions.T
@@ -52,10 +53,3 @@ def _extreme(points, directions):
     extreme = np.empty(len(directions), int)
     extreme[direction[found]] = order[point[found]]
     return extreme
-
-
-def _fibonacci(count):
-    height = 1 - (2 * np.arange(count) + 1) / count
-    turn = np.pi * (3 - np.sqrt(5)) * np.arange(count)
-    ring = np.sqrt(1 - height**2)
-    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), height])

@@ -1,4 +1,4 @@
-"""The shapes of fines side by side: which planes they lie beyond, which lines meet them.
+"""The shapes of fines side by side: which planes they lie beyond, where lines cross them.
 
 Arrays of different lengths are filled up by repetition, so that all are handled at a time.
 """
@@ -8,9 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from .rows import Rows, padded
-
-# Lines are met with the bodies in batches of this many pairs, to bound the memory.
-_BATCH = 1 << 19
 
 
 @dataclass(frozen=True)
@@ -39,6 +36,11 @@ class Shapes:
     def placed(self, shape, rotation, position):
         return Placed(shape, rotation, position, turned(rotation, self.centre[shape]) + position)
 
+    def at_origin(self, count):
+        """The first shape unmoved, so many times."""
+        unmoved = np.broadcast_to(np.eye(3), (count, 3, 3)), np.zeros((count, 3))
+        return self.placed(np.zeros(count, int), *unmoved)
+
     def beyond(self, normals, offsets, shape, rotation, position, slack):
         """Whether all of a body but a depth of `slack` lies outside one of its planes.
 
@@ -56,31 +58,19 @@ class Shapes:
         found[pair[lowest >= -slack[pair]]] = True
         return found
 
-    def met(self, origins, directions, placed):
-        """Lines that meet bodies: their indices and where the line enters and leaves."""
-        step = max(1, _BATCH // max(1, len(placed)))
-        parts = [
-            self._met(at, origins[at : at + step], directions[at : at + step], placed)
-            for at in range(0, len(origins), step)
-        ]
-        return tuple(map(np.concatenate, zip(*parts)))
-
-    def _met(self, first, origins, directions, placed):
-        centre = placed.centre
-        along = directions @ centre.T - (directions * origins).sum(axis=1)[:, None]
-        squared = (origins**2).sum(axis=1)[:, None] - 2 * origins @ centre.T
-        squared += (centre**2).sum(axis=1) - self.outer[placed.shape] ** 2
-        line, body = np.nonzero(squared < along**2)
-        shape, back = placed.shape[body], placed.rotation[body].transpose(0, 2, 1)
-        origin = turned(back, origins[line] - placed.position[body])
-        inward = -turned(self.normals[shape], turned(back, directions[line]))
-        depth = turned(self.normals[shape], origin) - self.offsets[shape]
+    def crossings(self, origins, directions, placed):
+        """Where lines enter and leave bodies, pair by pair; past the leaving if they miss."""
+        back = placed.rotation.transpose(0, 2, 1)
+        normals = self.normals[placed.shape]
+        inward = -turned(normals, turned(back, directions))
+        depth = turned(normals, turned(back, origins - placed.position))
+        depth -= self.offsets[placed.shape]
         with np.errstate(divide="ignore", invalid="ignore"):
             crossing = depth / inward
         enter = np.where(inward > 0, crossing, -np.inf).max(axis=1)
         leave = np.where(inward < 0, crossing, np.inf).min(axis=1)
-        met = (enter < leave) & ~((inward == 0) & (depth > 0)).any(axis=1)
-        return first + line[met], body[met], enter[met], leave[met]
+        outside = ((inward == 0) & (depth > 0)).any(axis=1)
+        return np.where(outside, np.inf, enter), leave
 
 
 def turned(matrices, vectors):

@@ -44,6 +44,7 @@ pub const SCRIPTS: &[(&str, &str)] = scripts![
     "soilsig_blender/settle.py",
     "soilsig_blender/shapes.py",
     "soilsig_blender/solids.py",
+    "soilsig_blender/sphere.py",
 ];
 
 /// Writes all scripts into a folder.
