@@ -55,6 +55,8 @@ def measure(grain, fines, dust, lines=32) -> Cover:
     With `lines` parallel lines from each side, of which some three in five meet the dusty grain:
     32 give the share of the silhouette to a standard error of .011, 128 to half of that.
     """
+    if not len(dust):
+        return Cover(np.array([_NEVER]), np.array([True]), np.array([_NEVER]))
     shapes = Shapes([body for fine in fines for body in fine.bodies])
     first = np.cumsum([0] + [len(fine.bodies) for fine in fines])
     placed = shapes.placed(first[dust.kind] + dust.body, dust.rotation, dust.position)
@@ -67,7 +69,7 @@ def _from_afar(grain, shapes, placed, lines):
     outer = shapes.outer[placed.shape]
     reach = max(
         np.linalg.norm(grain.vertices, axis=1).max(),
-        (np.linalg.norm(placed.centre, axis=1) + outer).max(initial=0),
+        (np.linalg.norm(placed.centre, axis=1) + outer).max(),
     )
     # Parallel lines on a spiral that fills the disc evenly, turned from one direction to the next.
     side, number = np.divmod(np.arange(_DIRECTIONS * lines), lines)
@@ -82,14 +84,12 @@ def _from_afar(grain, shapes, placed, lines):
 
     # Seen along a direction, only fines beside a line can meet it: neighbours on a plane, the
     # planes of all directions being stacked.
-    level = 4 * shapes.outer.max(initial=1) * np.arange(_DIRECTIONS)
+    level = 4 * shapes.outer.max() * np.arange(_DIRECTIONS)
     seen = np.empty((_DIRECTIONS, len(placed), 3))
     seen[..., :2], seen[..., 2] = placed.centre @ turn[:, :, :2], level[:, None]
-    line, fine = near(
-        np.column_stack([flat, level[side]]), seen.reshape(-1, 3), shapes.outer.max(initial=1)
-    )
+    line, fine = near(np.column_stack([flat, level[side]]), seen.reshape(-1, 3), shapes.outer.max())
     away = flat[line] - seen.reshape(-1, 3)[fine, :2]
-    fine %= max(len(placed), 1)
+    fine %= len(placed)
     depth = (placed.centre[fine] * directions[line]).sum(axis=1) - outer[fine]
     kept = ((away**2).sum(axis=1) < outer[fine] ** 2) & (depth < grain_at[line])
     line, fine = line[kept], fine[kept]
@@ -103,7 +103,7 @@ def _above_surface(grain, shapes, placed):
     points, normals = _points(grain, _POINTS)
     outer = shapes.outer[placed.shape]
     heights = (placed.centre @ grain.normals.T - grain.offsets).max(axis=1)
-    point, fine = near(points, placed.centre, (heights + outer).max(initial=1))
+    point, fine = near(points, placed.centre, (heights + outer).max())
     away = np.cross(placed.centre[fine] - points[point], normals[point])
     kept = (away**2).sum(axis=1) < outer[fine] ** 2
     point, fine = point[kept], fine[kept]
