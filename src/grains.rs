@@ -143,16 +143,16 @@ impl Report {
                 rows.zip(shape.reached()).enumerate()
             {
                 let name = if number == 0 { shape.name.as_str() } else { "" };
-                let _ = write!(
+                let class = if descriptor == "roundness" {
+                    format!("  {}", shape.classes())
+                } else {
+                    String::new()
+                };
+                let _ = writeln!(
                     text,
                     "{name:<11} {descriptor:<15} {asked:>6.2} {within:>6.2} {mean:>7.3} \
-                     {least:>7.3} {most:>7.3}"
+                     {least:>7.3} {most:>7.3}{class}"
                 );
-                text += &if descriptor == "roundness" {
-                    format!("  {}\n", shape.classes())
-                } else {
-                    "\n".into()
-                };
             }
             let range = |of: fn(&Body) -> u32| {
                 let counts = shape.bodies.iter().map(of);

@@ -39,7 +39,7 @@ fn objects(path: &Path) -> BTreeMap<String, Object> {
         match words.next() {
             Some("o") => {
                 before = corners;
-                name = words.next().expect("a name").to_owned();
+                words.next().expect("a name").clone_into(&mut name);
             }
             Some("v") => {
                 let xyz: Vec<f64> = words.map(|word| word.parse().expect("a number")).collect();

@@ -138,9 +138,9 @@ fn normal(corners: &[[f64; 3]]) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for (i, a) in corners.iter().enumerate() {
         let b = corners[(i + 1) % corners.len()];
-        for axis in 0..3 {
+        for (axis, sum) in sum.iter_mut().enumerate() {
             let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-            sum[axis] += (a[u] - b[u]) * (a[v] + b[v]);
+            *sum += (a[u] - b[u]) * (a[v] + b[v]);
         }
     }
     let length = sum.iter().map(|x| x * x).sum::<f64>().sqrt();
