@@ -17,6 +17,8 @@ Petrol. 23, 117, 1953) know.
 
 import numpy as np
 
+from .polyhedron import heights
+
 # Standard deviation of the Gaussian along the outline, as a share of the perimeter, over which its
 # turning is averaged. Image analysis smooths over windows of 5 to 7 % of the outline.
 RESOLUTION = 0.006
@@ -39,22 +41,25 @@ def feret_axes(points):
     longest = _farthest_apart(points)
     length = np.linalg.norm(longest)
     along = longest / length
-    flat = points - np.outer(points @ along, along)
+    flat = points - np.outer(heights(points, along), along)
     across = _farthest_apart(flat)
     breadth = np.linalg.norm(across)
     across /= breadth
     through = np.cross(along, across)
-    return np.array([length, breadth, np.ptp(points @ through)]), np.array([along, across, through])
+    return np.array([length, breadth, np.ptp(heights(points, through))]), np.array(
+        [along, across, through]
+    )
 
 
 def elongation_and_flatness(points):
     length, breadth, thickness = feret_axes(points)[0]
-    return breadth / length, thickness / breadth
+    return float(breadth / length), float(thickness / breadth)
 
 
 def sphericity(body):
     volume = body.volume_and_centroid[0]
-    return np.pi ** (1 / 3) * (6 * volume) ** (2 / 3) / body.facet_areas_and_centroids[0].sum()
+    surface = body.facet_areas_and_centroids[0].sum()
+    return float(np.pi ** (1 / 3) * (6 * volume) ** (2 / 3) / surface)
 
 
 def roundness(body):

@@ -21,6 +21,7 @@ Every body is convex, so its convexity (volume over that of its hull) is 1. Outl
 to .98 (Altuhafi and others, J. Geotech. Geoenviron. Eng. 139, 1290, 2013): hollows are left out.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,7 +51,7 @@ class Shape:
 
 
 SHAPES = {
-    "fine_35": Shape(35, 0.72, 0.66, 0.79, 0.22, 8, 1, 0.0),
+    "fine_35": Shape(35, 0.72, 0.66, 0.79, 0.23, 8, 1, 0.0),
     "fine_60": Shape(60, 0.74, 0.70, 0.80, 0.22, 8, 1, 0.0),
     "grain_500": Shape(500, 0.76, 0.76, 0.83, 0.24, 8, 2, 0.0),
     "grain_640": Shape(640, 0.78, 0.80, 0.87, 0.27, 9, 2, 0.05),
@@ -66,8 +67,8 @@ _ATTEMPTS = 100
 _SCATTER = 0.28
 _IRREGULARITY = 0.2
 # The blow falls this far from the middle of the fracture (as a share of the distance from the
-# centre). A rib's hinge leaves it at this angle from the line to the middle; the rib turns by that
-# angle (radians).
+# centre). A rib's hinge leaves it this far (slope) from the line to the middle; the rib falls off
+# by that slope.
 _BLOW = (0.45, 0.75)
 _SPREAD = (0.2, 0.5)
 _TURN = (0.05, 0.10)
@@ -98,13 +99,13 @@ def model(shape, diameter, rng) -> Polyhedron:
 
 
 def measure(body):
-    """The descriptors of a body, by the names of what is asked."""
+    """The descriptors of a body, by the names of what is asked, to six decimals."""
     elongation, flatness = elongation_and_flatness(body.vertices)
     return {
-        "elongation": elongation,
-        "flatness": flatness,
-        "sphericity": sphericity(body),
-        "roundness": roundness(body),
+        "elongation": round(elongation, 6),
+        "flatness": round(flatness, 6),
+        "sphericity": round(sphericity(body), 6),
+        "roundness": round(roundness(body), 6),
     }
 
 
@@ -121,8 +122,10 @@ def _fractures(shape, rng):
     planes = [normals]
     for side in (1, -1)[: shape.ribs]:
         spread, turn = _between(_SPREAD, rng, count), _between(_TURN, rng, count)
-        across = side * np.cos(spread) * aside - np.sin(spread) * along
-        rib = np.cos(turn) * normals + np.sin(turn) * across
+        across = side * aside - spread * along
+        across /= np.linalg.norm(across, axis=1)[:, None]
+        rib = normals + turn * across
+        rib /= np.linalg.norm(rib, axis=1)[:, None]
         planes.append(rib)
         distances = np.concatenate([distances, np.einsum("ij,ij->i", rib, blow)])
     return np.vstack(planes), distances
@@ -130,10 +133,14 @@ def _fractures(shape, rng):
 
 def _fibonacci(count):
     """Directions spread evenly over the sphere."""
-    height = 1 - (2 * np.arange(count) + 1) / count
-    turn = np.pi * (3 - np.sqrt(5)) * np.arange(count)
-    ring = np.sqrt(1 - height**2)
-    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), height])
+    directions = []
+    for i in range(count):
+        height = 1 - (2 * i + 1) / count
+        ring = math.sqrt(1 - height**2)
+        # Not numpy's cosine: its last bit hangs on where its arrays lie in memory.
+        turn = math.pi * (3 - math.sqrt(5)) * i
+        directions.append((ring * math.cos(turn), ring * math.sin(turn), height))
+    return np.array(directions)
 
 
 def _between(limits, rng, count):
@@ -165,7 +172,7 @@ def _with_worn_arrises(body, radius):
     cosine = length / 2  # of half the angle between the two normals
     depth = radius * (1 / cosine - 1)
     offsets = np.einsum("ij,ij->i", bisector, body.vertices[vertex]) - depth
-    worn = cosine < np.cos(_ARRIS / 2)
+    worn = cosine < math.cos(_ARRIS / 2)
     return intersect(
         np.vstack([body.normals, bisector[worn]]), np.concatenate([body.offsets, offsets[worn]])
     )
