@@ -14,9 +14,11 @@ macro_rules! scripts {
 pub const SCRIPTS: &[(&str, &str)] = scripts![
     "drop.py",
     "probe.py",
+    "soilsig_blender/attempts.py",
     "soilsig_blender/bed.py",
     "soilsig_blender/blend_addresses.py",
     "soilsig_blender/checks.py",
+    "soilsig_blender/contact.py",
     "soilsig_blender/dust.py",
     "soilsig_blender/errors.py",
     "soilsig_blender/export_blender.py",
@@ -31,6 +33,7 @@ pub const SCRIPTS: &[(&str, &str)] = scripts![
     "soilsig_blender/prototype.py",
     "soilsig_blender/randomness.py",
     "soilsig_blender/recipe.py",
+    "soilsig_blender/rigid.py",
     "soilsig_blender/settle.py",
     "soilsig_blender/shapes.py",
 ];
