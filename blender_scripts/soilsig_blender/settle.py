@@ -6,6 +6,7 @@ length scale once time is scaled with its square root, so only the clock differs
 real grains.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -109,9 +110,9 @@ def _random_turn(rng):
     """A rotation drawn evenly from all rotations."""
     a, b, c = rng.random(3)
     q = (
-        np.sqrt(1 - a) * np.sin(2 * np.pi * b),
-        np.sqrt(1 - a) * np.cos(2 * np.pi * b),
-        np.sqrt(a) * np.sin(2 * np.pi * c),
-        np.sqrt(a) * np.cos(2 * np.pi * c),
+        np.sqrt(1 - a) * math.sin(2 * math.pi * b),
+        np.sqrt(1 - a) * math.cos(2 * math.pi * b),
+        np.sqrt(a) * math.sin(2 * math.pi * c),
+        np.sqrt(a) * math.cos(2 * math.pi * c),
     )
     return np.array(Quaternion(q).to_matrix())

@@ -30,6 +30,7 @@ from . import mesh_checks
 from .descriptors import elongation_and_flatness, feret_axes, roundness, sphericity
 from .errors import BedError
 from .polyhedron import Polyhedron, intersect
+from .sphere import fibonacci
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,7 @@ def measure(body):
 def _fractures(shape, rng):
     """Planes of the fans: normals and distances from the centre."""
     count = shape.fractures
-    normals = _fibonacci(count) + _SCATTER * (2 * rng.random((count, 3)) - 1)
+    normals = fibonacci(count) + _SCATTER * (2 * rng.random((count, 3)) - 1)
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     distances = 1 + _IRREGULARITY * (2 * rng.random(count) - 1)
     along = np.cross(normals, 2 * rng.random((count, 3)) - 1)  # from the blow to the middle
@@ -129,18 +130,6 @@ def _fractures(shape, rng):
         planes.append(rib)
         distances = np.concatenate([distances, np.einsum("ij,ij->i", rib, blow)])
     return np.vstack(planes), distances
-
-
-def _fibonacci(count):
-    """Directions spread evenly over the sphere."""
-    directions = []
-    for i in range(count):
-        height = 1 - (2 * i + 1) / count
-        ring = math.sqrt(1 - height**2)
-        # Not numpy's cosine: its last bit hangs on where its arrays lie in memory.
-        turn = math.pi * (3 - math.sqrt(5)) * i
-        directions.append((ring * math.cos(turn), ring * math.sin(turn), height))
-    return np.array(directions)
 
 
 def _between(limits, rng, count):
