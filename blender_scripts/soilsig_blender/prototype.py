@@ -9,7 +9,7 @@ from .dust import Dust, FineClass, dress, seated_on_base
 from .hull import reduced_hull
 from .polyhedron import Polyhedron, volume_and_centroid
 from .randomness import stream
-from .shapes import SHAPES, bounding_sides, model
+from .shapes import SHAPES, measure, model
 
 # Different fines of one class; each is seated many times, turned at random.
 _FINE_BODIES = 4
@@ -135,7 +135,7 @@ def _coats(fines, dust):
 def describe(prototype):
     """The prototype's entry in drop.json."""
     grain_class, shape = prototype.grain_class, SHAPES[prototype.grain_class["shape"]]
-    sides = bounding_sides(prototype.grain)
+    reached = measure(prototype.grain)
     kinds = np.bincount(prototype.dust.kind, minlength=len(prototype.fines))
     return {
         "name": prototype.name,
@@ -153,6 +153,5 @@ def describe(prototype):
         "layers": np.bincount(prototype.dust.layer)[1:].tolist(),
         "facets": len(prototype.grain.facets),
         "edge_radius_um": shape.edge_radius * grain_class["diameter_um"],
-        "elongation": {"asked": shape.elongation, "reached": sides[1] / sides[0]},
-        "flatness": {"asked": shape.flatness, "reached": sides[2] / sides[1]},
+        **{name: {"asked": asked, "reached": reached[name]} for name, asked in shape.asked.items()},
     }

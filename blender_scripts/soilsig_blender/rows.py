@@ -28,5 +28,5 @@ def padded(arrays):
     whole = np.zeros((len(arrays), most, *tail))
     for row, array in zip(whole, arrays):
         row[: len(array)] = array
-        row[len(array) :] = array[:1]
+        row[len(array) :] = array[0] if len(array) else 0
     return whole
