@@ -38,35 +38,33 @@ impl Cache {
         &self.root
     }
 
-    /// The folder of a stage's result for these inputs, its files, and whether it was there already; if
-    /// not, `make` fills it.
-    ///
-    /// It is filled beside its place and then renamed, with a manifest of what it holds. A result that does not
-    /// agree with its manifest was damaged since: it is made anew.
+    /// A stage's result for these inputs, if it is there and agrees with its manifest. One that does not was
+    /// damaged since: it is removed.
+    pub fn look(&self, name: &str, inputs: &impl Serialize) -> Result<Option<Made>, Error> {
+        let folder = self.place(name, inputs);
+        if !folder.is_dir() {
+            return Ok(None);
+        }
+        if let Some(files) = whole(&folder) {
+            return Ok(Some(Made { folder, files, cached: true }));
+        }
+        std::fs::remove_dir_all(&folder).map_err(failed(&folder))?;
+        Ok(None)
+    }
+
+    /// A stage's result for these inputs; if it is not there, `make` fills its folder, which is filled beside
+    /// its place and then renamed, with a manifest of what it holds.
     pub fn stage(
         &self,
         name: &str,
         inputs: &impl Serialize,
         make: impl FnOnce(&Path) -> Result<(), Error>,
     ) -> Result<Made, Error> {
-        let text = serde_json::to_vec(&(env!("CARGO_PKG_VERSION"), inputs)).expect("plain data");
-        let key = output::hex(&Sha256::digest(text)[..16]);
-        let folder = self.root.join(format!("{name}-{key}"));
-        let failed = |path: &Path| {
-            let path = path.to_owned();
-            move |source| Error::Cache(OutputError { path, source })
-        };
-        if folder.is_dir() {
-            if let Some(files) = whole(&folder) {
-                return Ok(Made { folder, files, cached: true });
-            }
-            std::fs::remove_dir_all(&folder).map_err(failed(&folder))?;
+        if let Some(made) = self.look(name, inputs)? {
+            return Ok(made);
         }
-        output::folder(&self.root).map_err(Error::Cache)?;
-        let beside = tempfile::Builder::new()
-            .prefix(".making-")
-            .tempdir_in(&self.root)
-            .map_err(failed(&self.root))?;
+        let folder = self.place(name, inputs);
+        let beside = self.scratch()?;
         make(beside.path())?;
         let files = output::list(beside.path()).map_err(Error::Cache)?;
         let mut manifest = BTreeMap::new();
@@ -84,6 +82,23 @@ impl Cache {
         }
         Ok(Made { folder, files, cached: false })
     }
+
+    /// A folder for work in progress, on the same disk; removed when it goes out of scope.
+    pub fn scratch(&self) -> Result<tempfile::TempDir, Error> {
+        output::folder(&self.root).map_err(Error::Cache)?;
+        let folder = tempfile::Builder::new().prefix(".making-").tempdir_in(&self.root);
+        folder.map_err(failed(&self.root))
+    }
+
+    fn place(&self, name: &str, inputs: &impl Serialize) -> PathBuf {
+        let text = serde_json::to_vec(&(env!("CARGO_PKG_VERSION"), inputs)).expect("plain data");
+        self.root.join(format!("{name}-{}", output::hex(&Sha256::digest(text)[..16])))
+    }
+}
+
+fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> Error + use<> {
+    let path = path.to_owned();
+    move |source| Error::Cache(OutputError { path, source })
 }
 
 const MANIFEST: &str = "manifest.json";

@@ -55,6 +55,12 @@ pub enum Error {
     /// The cache cannot be used.
     #[error("the cache: {0}")]
     Cache(OutputError),
+    /// Several packings are wanted of a scene that is one.
+    #[error("{}: several packings are wanted, but the scene is placed: it is one packing", scene.display())]
+    OnePacking {
+        /// The scene file.
+        scene: PathBuf,
+    },
     /// An input of a recorded run is gone.
     #[error("an input of the recorded run: {0}")]
     Input(OutputError),
@@ -105,7 +111,7 @@ impl Error {
         match self {
             Self::Blender(error) => error.status(),
             Self::Output(_) | Self::Cache(_) | Self::Input(_) => Status::Files,
-            Self::Coverage { .. } => Status::Usage,
+            Self::Coverage { .. } | Self::OnePacking { .. } => Status::Usage,
             Self::Scene(_)
             | Self::Ingest(_)
             | Self::Spectrum(_)
@@ -132,6 +138,9 @@ impl Error {
             Self::Table(error) => error.hint(),
             Self::Plot(error) => error.hint(),
             Self::Coverage { known, .. } => Some(format!("there are {known}, and all")),
+            Self::OnePacking { .. } => {
+                Some("give the recipe that it was dropped from, or leave --packings out".into())
+            }
             Self::Record(_) | Self::Interrupted => None,
         }
     }

@@ -5,12 +5,13 @@
 //! | step | module |
 //! |---|---|
 //! | scene file, strict and documented | [`scene`] |
-//! | Blender models and drops the grains | [`blender`] |
+//! | Blender models and drops the grains, once for each packing | [`beds`], [`blender`] |
 //! | `.obj` and `.gltf` into meshes and instances | [`ingest`], [`geometry`] |
 //! | closest hits through two levels of bounding volumes | [`bvh`] |
 //! | backward paths into counts of hits per material | [`tracer`], [`table`] |
 //! | when the rays are enough | [`stop`] |
 //! | emissivity of a facet | [`spectrum`], [`optics`] |
+//! | the mean over packings and its error | [`packings`] |
 //! | emissivity and radiance of the bed (Eq. 1 to 3) | [`signature`], [`radiance`] |
 //! | charts and pictures | [`plot`], [`picture`] |
 //! | what was done, and doing it again | [`record`], [`cache`] |
@@ -26,12 +27,14 @@ pub mod report;
 pub mod interrupt;
 pub mod output;
 
+pub mod beds;
 pub mod blender;
 pub mod bvh;
 pub mod cache;
 pub mod geometry;
 pub mod ingest;
 pub mod optics;
+pub mod packings;
 pub mod picture;
 pub mod pipeline;
 pub mod progress;

@@ -1,20 +1,21 @@
 //! From a scene to its signature, in stages: drop, trace, signature, picture.
 
 use std::collections::BTreeMap;
-use std::ffi::OsString;
 use std::path::{Component, Path, PathBuf};
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::blender::{self, Blender, Event, Job, SCRIPTS};
-use crate::cache::Cache;
+use crate::beds::{self, Order};
+use crate::blender;
+use crate::cache::{Cache, Made};
 use crate::error::Error;
 use crate::ingest;
 use crate::output;
 use crate::picture;
 use crate::progress::Step;
+use crate::random;
 use crate::record::{self, Output, Record, Stage};
 use crate::report;
 use crate::scene::{Packing, Scene, SceneGeometry, SpectrumSource};
@@ -53,9 +54,11 @@ pub struct Options {
     pub source: Source,
     /// In place of the scene's seeds, of packing and rays both.
     pub seed: Option<u64>,
-    /// Half-width of the 95 % interval that every band is to reach.
+    /// How many packings are dropped.
+    pub packings: usize,
+    /// Half-width of the 95 % interval that every band is to reach: of several packings their mean.
     pub tolerance: f64,
-    /// Most paths.
+    /// Most paths for a packing.
     pub max_paths: u64,
     /// The bands.
     pub grid: Grid,
@@ -143,8 +146,16 @@ struct Run<'a> {
     record: &'a mut Record,
 }
 
+/// A settled bed, as the tracer takes it.
+struct Bed {
+    scene: Scene,
+    path: PathBuf,
+    /// Loaded only if a stage needs it: a run that finds everything in the cache does not.
+    tracer: Option<Tracer>,
+}
+
 impl Run<'_> {
-    fn scene(&mut self, mut scene: Scene, path: &Path) -> Result<(Table, Vec<Band>), Error> {
+    fn scene(&mut self, mut scene: Scene, path: &Path) -> Result<(Vec<Table>, Vec<Band>), Error> {
         if let Some(seed) = self.options.seed {
             scene.seed = seed;
             if let SceneGeometry::Packing(packing) = &mut scene.geometry {
@@ -163,26 +174,28 @@ impl Run<'_> {
             }
         }
         self.record.seeds.insert(self.key("rays"), scene.seed);
-        let (scene, path) = match scene.geometry.clone() {
+        let mut beds = match scene.geometry.clone() {
             SceneGeometry::Packing(packing) => {
                 self.record.seeds.insert(self.key("packing"), packing.seed);
                 self.drop(&scene, &packing, path)?
+            }
+            SceneGeometry::Placed(_) if self.options.packings > 1 => {
+                return Err(Error::OnePacking { scene: path.to_owned() });
             }
             SceneGeometry::Placed(_) => {
                 for file in ingest::files(&scene, path)? {
                     let sum = output::sha256_hex(&file)?;
                     self.record.inputs.insert(file.display().to_string(), sum);
                 }
-                (scene, path.to_owned())
+                vec![Bed { scene: scene.clone(), path: path.to_owned(), tracer: None }]
             }
         };
-        // Loaded only if a stage needs it: a run that finds everything in the cache does not.
-        let mut tracer = None;
-        let table = self.trace(&scene, &path, &wavelengths_um, &mut tracer)?;
-        let bands = self.signature(&scene, &table, &wavelengths_um)?;
-        self.picture(&scene, &path, &table, &mut tracer)?;
-        self.record.reached.insert(scene.name.clone(), report::reached(&table, &bands));
-        Ok((table, bands))
+        let tables = self.trace(&mut beds, &wavelengths_um)?;
+        let bands = self.signature(&scene, &tables, &wavelengths_um)?;
+        self.picture(&mut beds[0], &tables[0])?;
+        let reached = report::reached(&tables, &bands, self.options.tolerance);
+        self.record.reached.insert(scene.name, reached);
+        Ok((tables, bands))
     }
 
     /// A name in the record, told apart where there are several scenes.
@@ -195,6 +208,14 @@ impl Run<'_> {
         self.out.join(self.below).join(file)
     }
 
+    /// A file of one packing, by its path below the scene's folder.
+    fn of_packing(&self, packing: usize, file: &str) -> String {
+        match self.options.packings {
+            1 => file.to_owned(),
+            _ => format!("packings/{}/{file}", packing + 1),
+        }
+    }
+
     /// From here on the folder holds parts of this run: an earlier record no longer speaks for it.
     fn begin_to_write(&self) -> Result<(), Error> {
         Ok(output::remove(&self.out.join("run.json"))?)
@@ -203,7 +224,8 @@ impl Run<'_> {
     /// Notes a file that was written.
     fn wrote(&mut self, file: &str) -> Result<(), Error> {
         let sha256 = output::sha256_hex(&self.place(file))?;
-        let reproducible = !NOT_REPRODUCIBLE.contains(&file);
+        let name = Path::new(file).file_name().unwrap_or_default().to_string_lossy();
+        let reproducible = !NOT_REPRODUCIBLE.contains(&&*name);
         self.record.outputs.insert(self.key(file), Output { sha256, reproducible });
         Ok(())
     }
@@ -212,13 +234,8 @@ impl Run<'_> {
         self.record.stages.push(Stage { name: self.key(name), seconds, cached });
     }
 
-    /// Blender's part: the bed as placed geometry, with the scene's own materials and view.
-    fn drop(
-        &mut self,
-        scene: &Scene,
-        packing: &Packing,
-        path: &Path,
-    ) -> Result<(Scene, PathBuf), Error> {
+    /// Blender's part: the beds as placed geometry, with the scene's own materials and view.
+    fn drop(&mut self, scene: &Scene, packing: &Packing, path: &Path) -> Result<Vec<Bed>, Error> {
         let step = Step::new(&self.key("drop"));
         let blender = blender::find(self.options.blender.as_deref(), self.cache.root())?;
         if let Some(warning) = blender.warning() {
@@ -228,102 +245,139 @@ impl Run<'_> {
             ("blender", blender.version.to_string()),
             ("python", blender.python.clone()),
             ("numpy", blender.numpy.clone()),
+            ("scripts", beds::scripts_sha256()),
         ] {
             self.record.versions.insert(name.into(), version);
         }
-        let scripts = Sha256::digest(serde_json::to_vec(SCRIPTS).expect("plain data"));
-        self.record.versions.insert("scripts".into(), output::hex(&scripts));
-        let materials: Vec<&str> = scene.materials.iter().map(|m| m.name.as_str()).collect();
-        let made_from = (
+        let packings = 0..self.options.packings;
+        let seeds: Vec<u64> = packings.map(|i| random::seed_of(packing.seed, i)).collect();
+        let mut of_first = vec!["scene.glb", "scene.blend"];
+        if self.options.patch_obj {
+            of_first.push("patch.obj");
+        }
+        let order = Order {
+            blender: &blender,
+            scene,
             packing,
-            materials,
-            &blender.version,
-            &blender.python,
-            &blender.numpy,
-            output::hex(&scripts),
-            self.options.patch_obj,
-        );
-        let log = self.place("blender.log");
-        let made = self.cache.stage("drop", &made_from, |folder| {
-            drop_in_blender(&blender, scene, self.options, folder, &log, &step)
-        })?;
+            seeds: &seeds,
+            of_first: &of_first,
+            time_limit: Duration::from_secs(self.options.blender_timeout_s),
+        };
+        let log = |i: usize| self.place(&self.of_packing(i, "blender.log"));
+        let made = order.beds(self.cache, &log, &step)?;
         self.begin_to_write()?;
+        let mut beds = Vec::new();
+        for (i, made) in made.iter().enumerate() {
+            beds.push(self.bring_bed(i, made, scene, path)?);
+        }
+        let cached = made.iter().all(|made| made.cached);
+        let seconds = step.done(if cached { "from the cache" } else { "Blender" });
+        self.stage("drop", seconds, cached);
+        Ok(beds)
+    }
+
+    /// Copies a settled bed to its place and gives its scene the spectra, the view and a seed for its rays.
+    fn bring_bed(
+        &mut self,
+        packing: usize,
+        made: &Made,
+        scene: &Scene,
+        path: &Path,
+    ) -> Result<Bed, Error> {
         for file in made.files.iter().filter(|file| *file != "scene.json") {
-            output::copy(&made.folder.join(file), &self.place(file))?;
-            self.wrote(file)?;
+            let name = self.of_packing(packing, file);
+            output::copy(&made.folder.join(file), &self.place(&name))?;
+            self.wrote(&name)?;
         }
         let placed = Scene::read(&made.folder.join("scene.json"))?;
-        let mut placed = Scene { geometry: placed.geometry, ..scene.clone() };
-        self.bring_spectra(&mut placed, path)?;
-        let place = self.place("scene.json");
+        let seed = random::seed_of(scene.seed, packing);
+        let mut placed = Scene { geometry: placed.geometry, seed, ..scene.clone() };
+        self.bring_spectra(packing, &mut placed, path)?;
+        let name = self.of_packing(packing, "scene.json");
+        let place = self.place(&name);
         let mut text = serde_json::to_string_pretty(&placed).expect("plain data");
         text.push('\n');
         output::bytes(&place, text.as_bytes())?;
-        self.wrote("scene.json")?;
-        let seconds = step.done(if made.cached { "from the cache" } else { "Blender" });
-        self.stage("drop", seconds, made.cached);
-        Ok((placed, place))
+        self.wrote(&name)?;
+        Ok(Bed { scene: placed, path: place, tracer: None })
     }
 
     /// Copies the spectra that a scene names beside the placed scene, so that it can stand alone.
-    fn bring_spectra(&mut self, scene: &mut Scene, path: &Path) -> Result<(), Error> {
+    fn bring_spectra(
+        &mut self,
+        packing: usize,
+        scene: &mut Scene,
+        path: &Path,
+    ) -> Result<(), Error> {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         for (number, material) in scene.materials.iter_mut().enumerate() {
             if let SpectrumSource::File(file) = &mut material.spectrum {
                 let from = folder.join(&file);
                 let file_name = file.file_name().unwrap_or_default().to_string_lossy();
                 let name = format!("spectrum_{number}_{file_name}");
-                output::copy(&from, &self.place(&name))?;
-                self.wrote(&name)?;
+                let place = self.of_packing(packing, &name);
+                output::copy(&from, &self.place(&place))?;
+                self.wrote(&place)?;
                 *file = name.into();
             }
         }
         Ok(())
     }
 
-    fn trace(
-        &mut self,
-        scene: &Scene,
-        path: &Path,
-        wavelengths_um: &[f64],
-        tracer: &mut Option<Tracer>,
-    ) -> Result<Table, Error> {
+    /// Every packing into a table of its own. Together their rays are to make no more than half of the
+    /// tolerance where there are several packings, whose spread needs the rest.
+    fn trace(&mut self, beds: &mut [Bed], wavelengths_um: &[f64]) -> Result<Vec<Table>, Error> {
         let step = Step::new(&self.key("trace"));
-        let sum = trace::scene_sha256(scene, path)?;
-        let spectra = trace::materials(scene, path)?;
-        let target =
-            Target { tolerance: self.options.tolerance, max_paths: self.options.max_paths };
-        let made_from = (program(), &sum, scene.seed, &spectra, &self.options.grid, &target);
-        let made = self.cache.stage("trace", &made_from, |folder| {
-            let tracer = ready(tracer, scene, path)?;
-            let table = trace::trace(tracer, scene, path, wavelengths_um, target, &|done, of| {
-                step.at(done, of, "paths");
+        let tolerance = match beds.len() {
+            1 => self.options.tolerance,
+            n => (self.options.tolerance * (n as f64).sqrt() / 2.0).min(0.5),
+        };
+        let target = Target { tolerance, max_paths: self.options.max_paths };
+        let (mut tables, mut cached) = (Vec::new(), true);
+        let number = beds.len();
+        for (i, bed) in beds.iter_mut().enumerate() {
+            let sum = trace::scene_sha256(&bed.scene, &bed.path)?;
+            let spectra = trace::materials(&bed.scene, &bed.path)?;
+            let grid = &self.options.grid;
+            let made_from = (program(), &sum, bed.scene.seed, &spectra, grid, &target);
+            let what = if number == 1 { "paths".into() } else { format!("packing {}", i + 1) };
+            let made = self.cache.stage("trace", &made_from, |folder| {
+                let tracer = ready(&mut bed.tracer, &bed.scene, &bed.path)?;
+                let on = |done, of| step.at(done, of, &what);
+                let table =
+                    trace::trace(tracer, &bed.scene, &bed.path, wavelengths_um, target, &on)?;
+                Ok(table.write(&folder.join("table.json"))?)
             })?;
-            Ok(table.write(&folder.join("table.json"))?)
-        })?;
-        self.begin_to_write()?;
-        output::copy(&made.folder.join("table.json"), &self.place("table.json"))?;
-        self.wrote("table.json")?;
-        let table = Table::read(&self.place("table.json"))?;
-        let note =
-            if made.cached { "from the cache".into() } else { format!("{} paths", table.paths) };
+            if i > 0 {
+                // Only the first is looked at again, for its picture.
+                bed.tracer = None;
+            }
+            cached &= made.cached;
+            self.begin_to_write()?;
+            let name = self.of_packing(i, "table.json");
+            output::copy(&made.folder.join("table.json"), &self.place(&name))?;
+            self.wrote(&name)?;
+            tables.push(Table::read(&self.place(&name))?);
+        }
+        let paths: u64 = tables.iter().map(|table| table.paths).sum();
+        let note = if cached { "from the cache".into() } else { format!("{paths} paths") };
         let seconds = step.done(&note);
-        self.stage("trace", seconds, made.cached);
-        Ok(table)
+        self.stage("trace", seconds, cached);
+        Ok(tables)
     }
 
     fn signature(
         &mut self,
         scene: &Scene,
-        table: &Table,
+        tables: &[Table],
         wavelengths_um: &[f64],
     ) -> Result<Vec<Band>, Error> {
         let step = Step::new(&self.key("signature"));
-        let bands = signature::evaluate(table, wavelengths_um)?;
+        let bands = signature::evaluate(tables, wavelengths_um)?;
         signature::write_csv(&bands, &self.place("signature.csv"))?;
         self.wrote("signature.csv")?;
         let title = scene.description.as_ref().unwrap_or(&scene.name);
-        let chart = report::chart(title, &[(table, &bands)], &self.record.versions);
+        let chart = report::chart(title, &[(tables, &bands)], &self.record.versions);
         report::draw(&chart, &self.place("signature"))?;
         self.wrote("signature.svg")?;
         self.wrote("signature.png")?;
@@ -332,17 +386,13 @@ impl Run<'_> {
         Ok(bands)
     }
 
-    fn picture(
-        &mut self,
-        scene: &Scene,
-        path: &Path,
-        table: &Table,
-        tracer: &mut Option<Tracer>,
-    ) -> Result<(), Error> {
+    /// The sensor's view of the first packing.
+    fn picture(&mut self, bed: &mut Bed, table: &Table) -> Result<(), Error> {
         let step = Step::new(&self.key("picture"));
         let made_from = (program(), &table.scene_sha256);
         let made = self.cache.stage("picture", &made_from, |folder| {
-            picture::write(ready(tracer, scene, path)?, &folder.join("patch.png"))
+            let tracer = ready(&mut bed.tracer, &bed.scene, &bed.path)?;
+            picture::write(tracer, &folder.join("patch.png"))
         })?;
         output::copy(&made.folder.join("patch.png"), &self.place("patch.png"))?;
         self.wrote("patch.png")?;
@@ -352,8 +402,9 @@ impl Run<'_> {
     }
 
     /// All coverages in one chart: the paper's Fig. 6.
-    fn draw_all(&mut self, curves: &[(Table, Vec<Band>)]) -> Result<(), Error> {
-        let curves: Vec<_> = curves.iter().map(|(table, bands)| (table, &bands[..])).collect();
+    fn draw_all(&mut self, curves: &[(Vec<Table>, Vec<Band>)]) -> Result<(), Error> {
+        let curves: Vec<_> =
+            curves.iter().map(|(tables, bands)| (&tables[..], &bands[..])).collect();
         let title = "Emissivity of quartz soil by its cover with fines";
         let chart = report::chart(title, &curves, &self.record.versions);
         report::draw(&chart, &self.out.join("signatures"))?;
@@ -378,32 +429,4 @@ fn ready<'a>(
         Some(tracer) => tracer,
         None => tracer.insert(trace::tracer(scene, path)?),
     })
-}
-
-/// Runs `drop.py`; its files, and Blender's log, are in `folder` afterwards. While it runs, and if it
-/// fails, the log is at `log`.
-fn drop_in_blender(
-    blender: &Blender,
-    scene: &Scene,
-    options: &Options,
-    folder: &Path,
-    log: &Path,
-    step: &Step,
-) -> Result<(), Error> {
-    let recipe = tempfile::tempdir()
-        .map_err(|source| output::OutputError { path: std::env::temp_dir(), source })?;
-    let input = recipe.path().join("scene.json");
-    output::bytes(&input, &serde_json::to_vec(scene).expect("plain data"))?;
-    let mut args: Vec<OsString> = vec!["--scene".into(), input.into()];
-    if options.patch_obj {
-        args.push("--patch-obj".into());
-    }
-    let time_limit = Duration::from_secs(options.blender_timeout_s);
-    let job = Job { script: "drop.py", args, out: folder, log, time_limit };
-    blender.run(&job, &mut |event| match event {
-        Event::Progress { stage, done, total } => step.at(*done, *total, stage),
-        Event::Warning { message } => step.say(&format!("warning: {message}")),
-        _ => {}
-    })?;
-    Ok(output::copy(log, &folder.join("blender.log"))?)
 }

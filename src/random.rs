@@ -12,6 +12,8 @@ pub enum Purpose {
     Result = 0,
     /// The paths that only tell how many are needed.
     Pilot = 1,
+    /// Seeds of packings.
+    Packing = 2,
 }
 
 /// The generators of all paths of one seed and purpose.
@@ -47,6 +49,16 @@ impl Stream {
     }
 }
 
+/// The seed of one of several packings, or of its rays: the first has the seed itself, the others have
+/// seeds of their own, below 2^53 so that any JSON reader keeps them.
+pub fn seed_of(seed: u64, packing: usize) -> u64 {
+    if packing == 0 {
+        return seed;
+    }
+    let mut rng = Source::new(seed, Purpose::Packing).path(packing as u64).0;
+    rng.next_u64() >> 11
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -61,6 +73,17 @@ mod tests {
         {
             assert_ne!(first, other);
         }
+    }
+
+    #[test]
+    fn every_packing_has_a_seed_of_its_own() {
+        let mut seeds: Vec<u64> =
+            (1..4).flat_map(|seed| (0..100).map(move |i| seed_of(seed, i))).collect();
+        assert_eq!((seeds[0], seeds[100]), (1, 2), "the first keeps its seed");
+        assert!(seeds.iter().all(|&seed| seed < 1 << 53));
+        seeds.sort_unstable();
+        seeds.dedup();
+        assert_eq!(seeds.len(), 300);
     }
 
     #[test]

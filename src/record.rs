@@ -93,12 +93,21 @@ pub struct Stage {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reached {
-    /// Widest half-width of any band, emissivity, 95 %: the noise of the rays on this one packing.
+    /// Packings dropped and traced.
+    pub packings: usize,
+    /// Widest half-width of any band, emissivity, 95 %: of several packings with all that they differ by, of
+    /// a single one the noise of its rays alone.
     pub half_width: f64,
     /// Where it is, um.
     pub widest_at_um: f64,
-    /// What of it paths that were given up leave open.
+    /// Standard deviation between packings in that band.
+    pub spread: Option<f64>,
+    /// Share of the rays in the variance of that band's mean.
+    pub rays_share: f64,
+    /// What of the half-width paths that were given up leave open.
     pub trapped_half_width: f64,
+    /// How many packings the tolerance needs, by their spread.
+    pub packings_wanted: Option<usize>,
     /// Half-width asked for.
     pub tolerance: f64,
     /// Whether it was reached.

@@ -9,9 +9,10 @@ use serde::{Deserialize, Serialize};
 use crate::error::Error;
 use crate::interrupt;
 use crate::output::{self, OutputError};
+use crate::packings::Estimate;
 use crate::radiance;
 use crate::spectrum::{Spectrum, SpectrumError};
-use crate::table::{Table, Weight};
+use crate::table::Table;
 
 /// Wavelengths at which a signature is evaluated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -69,12 +70,8 @@ impl Grid {
 pub struct Band {
     /// Wavelength, um.
     pub wavelength_um: f64,
-    /// Emissivity of the bed.
-    pub emissivity: f64,
-    /// Its standard error, from the noise of the rays.
-    pub standard_error: f64,
-    /// Half-width of its 95 % interval, trapped paths included.
-    pub half_width: f64,
+    /// Emissivity of the bed, with its errors.
+    pub emissivity: Estimate,
     /// Radiance emitted.
     pub l_emitted: f64,
     /// Radiance reflected from the sky.
@@ -98,8 +95,15 @@ pub fn reflectances(
         .collect()
 }
 
-/// Evaluates a table with its own spectra.
-pub fn evaluate(table: &Table, wavelengths_um: &[f64]) -> Result<Vec<Band>, Error> {
+/// Evaluates the tables of a recipe's packings with the spectra of the first.
+///
+/// # Errors
+/// A spectrum that does not cover a wavelength.
+///
+/// # Panics
+/// Without a table.
+pub fn evaluate(packings: &[Table], wavelengths_um: &[f64]) -> Result<Vec<Band>, Error> {
+    let table = &packings[0];
     let spectra: Vec<&Spectrum> = table.materials.iter().map(|m| &m.spectrum).collect();
     let reflectances = reflectances(&spectra, wavelengths_um)?;
     wavelengths_um
@@ -109,8 +113,8 @@ pub fn evaluate(table: &Table, wavelengths_um: &[f64]) -> Result<Vec<Band>, Erro
             if interrupt::requested() {
                 return Err(Error::Interrupted);
             }
-            let weight = table.weight(reflectance);
-            Ok(band(wavelength_um, &weight, table.temperature_k, table.sky_temperature_k))
+            let emissivity = Estimate::new(packings, reflectance);
+            Ok(band(wavelength_um, emissivity, table.temperature_k, table.sky_temperature_k))
         })
         .collect()
 }
@@ -119,20 +123,18 @@ pub fn evaluate(table: &Table, wavelengths_um: &[f64]) -> Result<Vec<Band>, Erro
 /// temperature), and reflects the sky with the rest.
 fn band(
     wavelength_um: f64,
-    w: &Weight,
+    emissivity: Estimate,
     temperature_k: f64,
     sky_temperature_k: Option<f64>,
 ) -> Band {
     let l_blackbody = radiance::planck(wavelength_um, temperature_k);
     let l_downwelling =
         sky_temperature_k.map_or(0.0, |sky_k| radiance::planck(wavelength_um, sky_k));
-    let l_emitted = (1.0 - w.mean) * l_blackbody;
-    let l_reflected = w.mean * l_downwelling;
+    let l_emitted = emissivity.emissivity * l_blackbody;
+    let l_reflected = (1.0 - emissivity.emissivity) * l_downwelling;
     Band {
         wavelength_um,
-        emissivity: 1.0 - w.mean,
-        standard_error: w.standard_error,
-        half_width: w.half_width(),
+        emissivity,
         l_emitted,
         l_reflected,
         l_target: radiance::l_target(l_emitted, l_reflected),
@@ -142,11 +144,13 @@ fn band(
 }
 
 /// Headings of a signature's CSV file.
-pub const COLUMNS: [&str; 10] = [
+pub const COLUMNS: [&str; 12] = [
     "wavelength_um",
     "emissivity",
     "emissivity_standard_error",
     "emissivity_half_width_95",
+    "emissivity_standard_error_rays",
+    "emissivity_sd_packings",
     "l_emitted_w_m2_sr_um",
     "l_reflected_w_m2_sr_um",
     "l_target_w_m2_sr_um",
@@ -159,11 +163,17 @@ pub const COLUMNS: [&str; 10] = [
 pub fn csv_text(bands: &[Band]) -> String {
     let mut text = COLUMNS.join(",") + "\n";
     for b in bands {
-        let l_error = b.standard_error * (b.l_blackbody - b.l_downwelling).abs();
+        let e = b.emissivity;
+        let l_error = e.standard_error * (b.l_blackbody - b.l_downwelling).abs();
         let _ = write!(text, "{}", b.wavelength_um);
-        for value in [b.emissivity, b.standard_error, b.half_width] {
+        for value in [e.emissivity, e.standard_error, e.half_width, e.rays_standard_error] {
             let _ = write!(text, ",{value:.7}");
         }
+        // Of a single packing the spread is not known: the field stays empty.
+        let _ = match e.spread {
+            Some(spread) => write!(text, ",{spread:.7}"),
+            None => write!(text, ","),
+        };
         for radiance in
             [b.l_emitted, b.l_reflected, b.l_target, l_error, b.l_blackbody, b.l_downwelling]
         {
@@ -208,10 +218,17 @@ mod tests {
     /// out of the retrieval.
     #[test]
     fn eq_2_and_eq_3_give_the_same_emissivity_under_any_sky() {
-        let w = Weight { mean: 0.237, standard_error: 1e-3, trapped: 0.0 };
+        let e = Estimate {
+            emissivity: 0.763,
+            standard_error: 1e-3,
+            half_width: 2e-3,
+            rays_standard_error: 1e-3,
+            spread: None,
+            trapped: 0.0,
+        };
         for um in [7.5, 9.0, 14.0] {
             for sky_k in [None, Some(3.0), Some(270.0), Some(299.0), Some(320.0)] {
-                let b = band(um, &w, 300.0, sky_k);
+                let b = band(um, e, 300.0, sky_k);
                 let retrieved = radiance::emissivity(b.l_target, b.l_blackbody, b.l_downwelling);
                 assert!((retrieved - 0.763).abs() < 1e-12, "{um} um, sky {sky_k:?}: {retrieved}");
             }

@@ -37,6 +37,14 @@ pub enum TableError {
         /// What is wrong.
         problem: String,
     },
+    /// Tables that are not those of several packings.
+    #[error("{}: {problem}", path.display())]
+    Packings {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
     /// No path met the target.
     #[error("no ray met anything: the sensor looks past the target")]
     Empty,
@@ -48,6 +56,9 @@ impl TableError {
         Some(match self {
             Self::Form { .. } => "make it again: `soilsig trace SCENE --out table.json`".into(),
             Self::Empty => "compare the scene's domain with where its instances stand".into(),
+            Self::Packings { .. } => {
+                "give tables of different beds of one recipe, traced alike".into()
+            }
             Self::Read { .. } => return None,
         })
     }
@@ -251,6 +262,32 @@ impl Table {
             return Err(TableError::Empty);
         }
         Ok(table)
+    }
+
+    /// Reads the tables of several packings of one recipe.
+    ///
+    /// # Errors
+    /// Besides those of [`Table::read`]: a table of another scene than the first, or the same bed twice.
+    pub fn read_packings(paths: &[PathBuf]) -> Result<Vec<Self>, TableError> {
+        let tables: Vec<Self> =
+            paths.iter().map(|path| Self::read(path)).collect::<Result<_, _>>()?;
+        for (i, table) in tables.iter().enumerate().skip(1) {
+            let of = |t: &Self| {
+                let named: Vec<_> =
+                    t.materials.iter().map(|m| (m.name.clone(), m.spectrum.clone())).collect();
+                (t.scene.clone(), named, t.temperature_k, t.sky_temperature_k, t.view)
+            };
+            let twin = tables[..i].iter().position(|t| t.scene_sha256 == table.scene_sha256);
+            let problem = if of(table) != of(&tables[0]) {
+                format!("this is no packing of the scene of {}", paths[0].display())
+            } else if let Some(twin) = twin {
+                format!("this is the same bed as {}", paths[twin].display())
+            } else {
+                continue;
+            };
+            return Err(TableError::Packings { path: paths[i].clone(), problem });
+        }
+        Ok(tables)
     }
 
     /// Writes the table as JSON, one state a line.

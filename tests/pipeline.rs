@@ -37,7 +37,9 @@ fn columns(path: &Path) -> BTreeMap<String, Vec<f64>> {
         headings.iter().map(|heading| (heading.clone(), Vec::new())).collect();
     for row in reader.records() {
         for (heading, field) in headings.iter().zip(row.expect("a row").iter()) {
-            columns.get_mut(heading).expect("known").push(field.parse().expect("a number"));
+            // Of a single packing the spread is not known.
+            let value = if field.is_empty() { f64::NAN } else { field.parse().expect("a number") };
+            columns.get_mut(heading).expect("known").push(value);
         }
     }
     columns

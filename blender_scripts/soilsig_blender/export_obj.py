@@ -16,6 +16,21 @@ def write_prototypes(path, prototypes):
             first = _write_object(out, prototype, None, first)
 
 
+def write_bodies(path, bodies):
+    """Bare convex bodies by name, facet by facet."""
+    with open(path, "w", encoding="utf-8", newline="\n") as out:
+        out.write("# micrometres\n")
+        first = 1
+        for name, body in bodies.items():
+            out.write(f"o {name}\n")
+            out.write(
+                "".join([f"v {x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in body.vertices.tolist()])
+            )
+            for loop in body.facets:
+                out.write(f"f {' '.join(str(corner + first) for corner in loop)}\n")
+            first += len(body.vertices)
+
+
 def write_materials(path, names):
     with open(path, "w", encoding="utf-8", newline="\n") as out:
         out.writelines(f"newmtl {name}\n" for name in names)

@@ -1,6 +1,7 @@
-"""Files appear whole or not at all: written beside, then renamed."""
+"""Files and folders appear whole or not at all: written beside, then renamed."""
 
 import os
+import shutil
 from contextlib import contextmanager
 
 
@@ -15,3 +16,16 @@ def whole(folder, name):
     finally:
         if os.path.exists(beside):
             os.remove(beside)
+
+
+@contextmanager
+def whole_folder(folder, name):
+    """A new folder to fill; on success it takes its name, on failure it is removed."""
+    beside = os.path.join(folder, f".{name}.part")
+    os.makedirs(beside)
+    try:
+        yield beside
+        os.replace(beside, os.path.join(folder, name))
+    finally:
+        if os.path.exists(beside):
+            shutil.rmtree(beside)

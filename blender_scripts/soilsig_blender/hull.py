@@ -6,9 +6,13 @@ beside another corner of the same fine.
 
 import numpy as np
 
+from .neighbours import clumps, ranges
+from .sphere import fibonacci
+
 # The hull is measured by how far it reaches in this many directions.
 _DIRECTIONS = 1000
-_CHUNK = 250
+# Side of a clump of points as a share of the whole.
+_CLUMP = 0.06
 
 
 def reduced_hull(points, tolerance):
@@ -16,10 +20,8 @@ def reduced_hull(points, tolerance):
 
     The point that is missed most is taken first.
     """
-    directions = _fibonacci(_DIRECTIONS)
-    extreme = np.empty(_DIRECTIONS, int)
-    for at in range(0, _DIRECTIONS, _CHUNK):
-        extreme[at : at + _CHUNK] = np.argmax(directions[at : at + _CHUNK] @ points.T, axis=1)
+    directions = fibonacci(_DIRECTIONS)
+    extreme = _extreme(points, directions)
     candidates, extreme = np.unique(extreme, return_inverse=True)
     reach = points[candidates] @ directions.T
     full = reach.max(axis=0)
@@ -35,7 +37,7 @@ class Reach:
     """How far a convex hull reaches in many directions."""
 
     def __init__(self, points):
-        self._directions = _fibonacci(_DIRECTIONS)
+        self._directions = fibonacci(_DIRECTIONS)
         self._reach = (points @ self._directions.T).max(axis=0)
 
     def away(self, points):
@@ -43,8 +45,23 @@ class Reach:
         return (points @ self._directions.T - self._reach).max(axis=1, initial=-np.inf)
 
 
-def _fibonacci(count):
-    height = 1 - (2 * np.arange(count) + 1) / count
-    turn = np.pi * (3 - np.sqrt(5)) * np.arange(count)
-    ring = np.sqrt(1 - height**2)
-    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), height])
+def _extreme(points, directions):
+    """The point furthest out in each direction.
+
+    Only clumps of points that may hold it are asked: far fewer than all.
+    """
+    order, start = clumps(points, np.ptp(points, axis=0).max() * _CLUMP)
+    points, end = points[order], np.append(start[1:], len(points))
+    low, high = np.minimum.reduceat(points, start), np.maximum.reduceat(points, start)
+    middle, radius = (low + high) / 2, np.linalg.norm(high - low, axis=1) / 2
+    reach = directions @ middle.T
+    direction, clump = np.nonzero(reach + radius >= (reach - radius).max(axis=1)[:, None])
+    point = ranges(start[clump], end[clump])
+    direction = np.repeat(direction, (end - start)[clump])
+    heights = np.einsum("ij,ij->i", points[point], directions[direction])
+    first = np.searchsorted(direction, np.arange(len(directions)))
+    most = np.maximum.reduceat(heights, first)
+    found = np.flatnonzero(heights == most[direction])[::-1]
+    extreme = np.empty(len(directions), int)
+    extreme[direction[found]] = order[point[found]]
+    return extreme

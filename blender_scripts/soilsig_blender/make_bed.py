@@ -10,22 +10,36 @@ from . import bed, export_json, export_obj, recipe
 from .attempts import settled_bed
 from .errors import BedError
 from .export_blender import BlenderBed
-from .files import whole
+from .files import whole, whole_folder
 from .progress import emit, progress
 from .prototype import build, describe, model_fines, variants
 
 OLDEST_BLENDER = (3, 4, 0)
+# Files that only one of several beds is likely to be wanted in.
+EXTRA = ("scene.glb", "scene.blend", "patch.obj")
 
 
-def make_bed(scene_path, folder, with_patch):
+def make_beds(scene_path, folder, seeds, extra):
+    """Makes the bed of every seed, of the scene's own if None; extra files are the first one's."""
     if bpy.app.version < OLDEST_BLENDER:
         raise BedError(
             "version",
             f"this is Blender {bpy.app.version_string}",
             "use Blender 3.4 or newer",
         )
-    clock = _Clock()
     scene, packing = recipe.load(scene_path)
+    files = []
+    seeds = seeds or [packing["seed"]]
+    for done, seed in enumerate(seeds):
+        with whole_folder(folder, str(seed)) as beside:
+            names = _make_bed(scene, {**packing, "seed": seed}, beside, [] if done else extra)
+        files += [f"{seed}/{name}" for name in names]
+        progress("bed", done + 1, len(seeds))
+    emit("done", files=files)
+
+
+def _make_bed(scene, packing, folder, extra):
+    clock = _Clock()
     bpy.ops.wm.read_factory_settings(use_empty=True)
     progress("model", 0, 1)
     fines = model_fines(packing)
@@ -34,7 +48,7 @@ def make_bed(scene_path, folder, with_patch):
     prototypes = []
     wanted = variants(packing)
     for grain_class, variant in wanted:
-        prototypes.append(build(grain_class, variant, fines, packing["seed"]))
+        prototypes.append(build(grain_class, variant, fines, packing))
         progress("dust", len(prototypes), len(wanted))
     clock.lap("dust")
     dropped, found, attempts = settled_bed(prototypes, packing)
@@ -58,11 +72,10 @@ def make_bed(scene_path, folder, with_patch):
         "checks": found,
         "bed": shape_of_bed,
     }
-    files = _export(folder, scene, packing, prototypes, dropped, report, clock, with_patch)
-    emit("done", files=files)
+    return _export(folder, scene, packing, prototypes, dropped, report, clock, extra)
 
 
-def _export(folder, scene, packing, prototypes, dropped, report, clock, with_patch):
+def _export(folder, scene, packing, prototypes, dropped, report, clock, extra):
     materials = [material["name"] for material in scene["materials"]]
     beds = []
 
@@ -79,20 +92,20 @@ def _export(folder, scene, packing, prototypes, dropped, report, clock, with_pat
         ),
         "scene.glb": lambda path: bed_in_blender().write_glb(path),
         "scene.blend": lambda path: bed_in_blender().write_blend(path),
-    }
-    if with_patch:
-        writers["patch.obj"] = lambda path: export_obj.write_patch(
+        "patch.obj": lambda path: export_obj.write_patch(
             path, prototypes, dropped.prototype_of, dropped.poses
-        )
-    for done, (name, write) in enumerate(writers.items()):
-        progress("export", done, len(writers) + 1)
+        ),
+    }
+    names = [name for name in writers if name not in EXTRA or name in extra]
+    for done, name in enumerate(names):
+        progress("export", done, len(names) + 1)
         with whole(folder, name) as path:
-            write(path)
+            writers[name](path)
         clock.lap(f"export {name}")
     with whole(folder, "drop.json") as path:
         export_json.write(path, {**report, "timings_s": clock.laps})
-    progress("export", len(writers) + 1, len(writers) + 1)
-    return [*writers, "drop.json"]
+    progress("export", len(names) + 1, len(names) + 1)
+    return [*names, "drop.json"]
 
 
 class _Clock:

@@ -29,15 +29,15 @@ class Polyhedron:
 
     @cached_property
     def facet_areas_and_centroids(self):
-        areas, centroids = np.empty(len(self.facets)), np.empty((len(self.facets), 3))
-        for i, loop in enumerate(self.facets):
-            corners = self.vertices[list(loop)]
-            spokes = corners[1:] - corners[0]
-            fan = 0.5 * np.cross(spokes[:-1], spokes[1:]) @ self.normals[i]
-            thirds = corners[0] + (spokes[:-1] + spokes[1:]) / 3
-            areas[i] = fan.sum()
-            centroids[i] = fan @ thirds / areas[i] if areas[i] > 0 else corners.mean(axis=0)
-        return areas, centroids
+        a, b, c = self.vertices[self.triangles].transpose(1, 0, 2)
+        facet = np.repeat(np.arange(len(self.facets)), [len(loop) - 2 for loop in self.facets])
+        fan = 0.5 * np.einsum("ij,ij->i", np.cross(b - a, c - a), self.normals[facet])
+        areas = np.bincount(facet, fan)
+        thirds = fan[:, None] * (a + b + c) / 3
+        moments = np.column_stack([np.bincount(facet, thirds[:, axis]) for axis in range(3)])
+        first = self.vertices[[loop[0] for loop in self.facets]]
+        flat = areas <= 0
+        return areas, np.where(flat[:, None], first, moments / np.where(flat, 1, areas)[:, None])
 
     @cached_property
     def volume_and_centroid(self):
@@ -85,25 +85,32 @@ def intersect(normals, offsets):
     box = 8 * offsets.max()
     normals = np.vstack([np.eye(3), -np.eye(3), normals])
     offsets = np.concatenate([np.full(6, box), offsets])
-    corners = {
-        key: np.linalg.solve(normals[list(key)], offsets[list(key)])
-        for key in ((x, y, z) for x in (0, 3) for y in (1, 4) for z in (2, 5))
-    }
+    keys = [(x, y, z) for x in (0, 3) for y in (1, 4) for z in (2, 5)]
+    corners = dict(zip(keys, _meeting(normals, offsets, keys)))
+    ends = _edge_ends(keys)
     for plane in range(6, len(normals)):
-        keys = list(corners)
         outside = np.array(list(corners.values())) @ normals[plane] > offsets[plane]
         if not outside.any():
             continue
-        removed = {key for key, out in zip(keys, outside) if out}
-        ends = _edge_ends(keys)
-        for pair in (pair for key in sorted(removed) for pair in _pairs(key)):
-            kept = [key for key in ends[pair] if key not in removed]
-            if len(kept) == 1:
-                key = (*pair, plane)
-                corners[key] = np.linalg.solve(normals[list(key)], offsets[list(key)])
+        removed = sorted(key for key, out in zip(corners, outside) if out)
         for key in removed:
             del corners[key]
+            for pair in _pairs(key):
+                ends[pair].remove(key)
+        # An edge that has lost one of its ends is cut by the plane.
+        cut = [pair for key in removed for pair in _pairs(key) if len(ends[pair]) == 1]
+        keys = [(*pair, plane) for pair in cut]
+        for key, corner in zip(keys, _meeting(normals, offsets, keys)):
+            corners[key] = corner
+            for pair in _pairs(key):
+                ends[pair].append(key)
     return _assemble(normals, offsets, corners)
+
+
+def _meeting(normals, offsets, keys):
+    """Where three planes each meet."""
+    which = np.array(keys).reshape(-1, 3)
+    return np.linalg.solve(normals[which], offsets[which][..., None])[..., 0]
 
 
 def _pairs(key):
@@ -125,15 +132,16 @@ def _assemble(normals, offsets, corners):
         raise ValueError("the planes do not bound a body")
     index = {key: i for i, key in enumerate(keys)}
     vertices = np.array([corners[key] for key in keys])
+    pairs, ends = zip(*sorted(_edge_ends(keys).items()))
+    left, right = np.array(pairs).T
+    tail, head = np.array([[index[key] for key in both] for both in ends]).T
+    along = np.cross(normals[left], normals[right])
+    back = np.einsum("ij,ij->i", along, vertices[head] - vertices[tail]) < 0
+    tail, head = np.where(back, head, tail), np.where(back, tail, head)
     following = defaultdict(dict)  # facet -> vertex -> next vertex
-    edges = []
-    for (p, q), (a, b) in sorted(_edge_ends(keys).items()):
-        a, b = index[a], index[b]
-        if np.cross(normals[p], normals[q]) @ (vertices[b] - vertices[a]) < 0:
-            a, b = b, a
+    for p, q, a, b in np.column_stack([left, right, tail, head]).tolist():
         following[p][a] = b
         following[q][b] = a
-        edges.append((p, q, a))
     used = sorted(following)
     facets = []
     for p in used:
@@ -141,6 +149,5 @@ def _assemble(normals, offsets, corners):
         while (after := following[p][loop[-1]]) != loop[0]:
             loop.append(after)
         facets.append(tuple(loop))
-    rank = {p: i for i, p in enumerate(used)}
-    edges = np.array([(rank[p], rank[q], a) for p, q, a in edges])
+    edges = np.column_stack([*np.searchsorted(used, [left, right]), tail])
     return Polyhedron(normals[used], offsets[used], vertices, tuple(facets), edges)

@@ -4,11 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .cover import Cover
 from .dust import Dust, FineClass, dress, seated_on_base
 from .hull import reduced_hull
 from .polyhedron import Polyhedron, volume_and_centroid
 from .randomness import stream
-from .shapes import SHAPES, bounding_sides, model
+from .shapes import SHAPES, measure, model
 
 # Different fines of one class; each is seated many times, turned at random.
 _FINE_BODIES = 4
@@ -37,6 +38,7 @@ class Prototype:
     core: Surface
     coats: tuple  # Surfaces of the fines, one for each material
     volume_um3: float
+    cover: Cover
     outline: np.ndarray  # (N, 3) the points its convex hull needs
 
     @property
@@ -80,13 +82,13 @@ def variants(packing):
     ]
 
 
-def build(grain_class, variant, fines, seed) -> Prototype:
+def build(grain_class, variant, fines, packing) -> Prototype:
     """Models one variant of a grain class and dresses it."""
-    name = f"{grain_class['name']}_{variant}"
+    name, seed = f"{grain_class['name']}_{variant}", packing["seed"]
     shape = SHAPES[grain_class["shape"]]
     rng = stream(seed, "shape", grain_class["name"], variant)
     grain = model(shape, grain_class["diameter_um"], rng)
-    dust = dress(grain, fines, grain_class["fines"], seed, name)
+    dust, cover = dress(grain, fines, grain_class["fines"], packing["dust"], seed, name)
     core = Surface(grain_class["material"], grain.vertices, grain.triangles)
     coats = _coats(fines, dust)
     parts = [volume_and_centroid(s.vertices, s.triangles) for s in (core, *coats)]
@@ -108,6 +110,7 @@ def build(grain_class, variant, fines, seed) -> Prototype:
         surfaces[0],
         surfaces[1:],
         volume,
+        cover,
         reduced_hull(points, _OUTLINE_SHARE * grain_class["diameter_um"]),
     )
 
@@ -132,7 +135,7 @@ def _coats(fines, dust):
 def describe(prototype):
     """The prototype's entry in drop.json."""
     grain_class, shape = prototype.grain_class, SHAPES[prototype.grain_class["shape"]]
-    sides = bounding_sides(prototype.grain)
+    reached = measure(prototype.grain)
     kinds = np.bincount(prototype.dust.kind, minlength=len(prototype.fines))
     return {
         "name": prototype.name,
@@ -143,9 +146,12 @@ def describe(prototype):
         "triangles": prototype.triangle_count,
         "fines_asked": grain_class["fines"],
         "fines": {fine.name: int(n) for fine, n in zip(prototype.fines, kinds)},
+        "cover": {
+            "surface": prototype.cover.surface(len(prototype.dust)),
+            "silhouette": prototype.cover.silhouette(len(prototype.dust)),
+        },
         "layers": np.bincount(prototype.dust.layer)[1:].tolist(),
         "facets": len(prototype.grain.facets),
         "edge_radius_um": shape.edge_radius * grain_class["diameter_um"],
-        "elongation": {"asked": shape.elongation, "reached": sides[1] / sides[0]},
-        "flatness": {"asked": shape.flatness, "reached": sides[2] / sides[1]},
+        **{name: {"asked": asked, "reached": reached[name]} for name, asked in shape.asked.items()},
     }

@@ -13,12 +13,16 @@ macro_rules! scripts {
 /// Every script: its path below `blender_scripts/` and its text.
 pub const SCRIPTS: &[(&str, &str)] = scripts![
     "drop.py",
+    "grains.py",
     "probe.py",
     "soilsig_blender/attempts.py",
     "soilsig_blender/bed.py",
     "soilsig_blender/blend_addresses.py",
     "soilsig_blender/checks.py",
+    "soilsig_blender/clearance.py",
     "soilsig_blender/contact.py",
+    "soilsig_blender/cover.py",
+    "soilsig_blender/descriptors.py",
     "soilsig_blender/dust.py",
     "soilsig_blender/errors.py",
     "soilsig_blender/export_blender.py",
@@ -27,6 +31,9 @@ pub const SCRIPTS: &[(&str, &str)] = scripts![
     "soilsig_blender/files.py",
     "soilsig_blender/hull.py",
     "soilsig_blender/make_bed.py",
+    "soilsig_blender/make_grains.py",
+    "soilsig_blender/mesh_checks.py",
+    "soilsig_blender/neighbours.py",
     "soilsig_blender/pieces.py",
     "soilsig_blender/polyhedron.py",
     "soilsig_blender/progress.py",
@@ -34,8 +41,13 @@ pub const SCRIPTS: &[(&str, &str)] = scripts![
     "soilsig_blender/randomness.py",
     "soilsig_blender/recipe.py",
     "soilsig_blender/rigid.py",
+    "soilsig_blender/rows.py",
+    "soilsig_blender/script.py",
+    "soilsig_blender/seats.py",
     "soilsig_blender/settle.py",
     "soilsig_blender/shapes.py",
+    "soilsig_blender/solids.py",
+    "soilsig_blender/sphere.py",
 ];
 
 /// Writes all scripts into a folder.

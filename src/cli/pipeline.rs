@@ -20,6 +20,10 @@ pub struct Args {
     /// Seed of shapes, dust, drop and rays, in place of the scene's
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
+    /// Packings to drop: with several the result is their mean, and its interval holds the spread between
+    /// them
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    packings: u16,
     #[command(flatten)]
     enough: Enough,
     #[command(flatten)]
@@ -64,6 +68,7 @@ pub fn run(args: &Args, cache: &Cache) -> Outcome {
     let options = Options {
         source,
         seed: args.seed,
+        packings: args.packings.into(),
         tolerance: args.enough.tolerance,
         max_paths: args.enough.max_paths,
         grid: args.bands.grid(),

@@ -11,11 +11,12 @@ use soilsig::{output, plot, report, signature};
 
 use super::{Bands, print, usage};
 
-/// Evaluates a bounce table: emissivity and radiance by band, without tracing again
+/// Evaluates bounce tables: emissivity and radiance by band, without tracing again
 #[derive(clap::Args)]
 pub struct Args {
-    /// Bounce table of `soilsig trace`
-    table: PathBuf,
+    /// Bounce table of `soilsig trace`, or those of several packings of one recipe
+    #[arg(required = true, value_name = "TABLE")]
+    tables: Vec<PathBuf>,
     /// CSV file to write; standard output without it
     #[arg(long, short, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -35,7 +36,8 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Error> {
     let wavelengths_um = args.bands.grid().wavelengths_um();
     let format = args.plot.as_deref().map(Format::of);
-    let mut table = Table::read(&args.table)?;
+    let mut tables = Table::read_packings(&args.tables)?;
+    let table = &mut tables[0];
     for given in &args.spectra {
         let Some((name, text)) = given.split_once('=') else {
             usage(&format!("{given:?}: write MATERIAL=SPECTRUM"));
@@ -52,15 +54,18 @@ pub fn run(args: &Args) -> Result<(), Error> {
         }
         table.temperature_k = temperature_k;
     }
-    let bands = signature::evaluate(&table, &wavelengths_um)?;
+    let bands = signature::evaluate(&tables, &wavelengths_um)?;
     match &args.out {
         Some(path) => signature::write_csv(&bands, path)?,
         None => print(&signature::csv_text(&bands))?,
     }
     if let (Some(path), Some(format)) = (&args.plot, format) {
         let versions = BTreeMap::from([("soilsig".into(), env!("CARGO_PKG_VERSION").into())]);
-        let svg =
-            plot::emissivity_svg(&report::chart(&table.scene, &[(&table, &bands)], &versions))?;
+        let svg = plot::emissivity_svg(&report::chart(
+            &tables[0].scene,
+            &[(&tables, &bands)],
+            &versions,
+        ))?;
         match format {
             Format::Svg => output::bytes(path, svg.as_bytes())?,
             Format::Png => output::bytes(path, &plot::png(&svg, report::PIXELS_PER_UNIT)?)?,

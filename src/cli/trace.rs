@@ -47,13 +47,14 @@ pub fn run(args: &Args) -> Outcome {
         })?;
     table.write(&args.out)?;
     step.done(&format!("{} paths, {} hits", table.paths, table.hits));
-    let bands = signature::evaluate(&table, &wavelengths_um)?;
-    let reached = report::reached(&table, &bands);
+    let reached_all = table.stop.reached;
+    let packings = [table];
+    let bands = signature::evaluate(&packings, &wavelengths_um)?;
+    let reached = report::reached(&packings, &bands, args.enough.tolerance);
     if args.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&reached).expect("plain data")))?;
     } else {
         print(&format!("{}: {}", scene.name, report::reached_words(&reached)))?;
-        print(report::ONE_PACKING)?;
     }
-    Ok((!table.stop.reached).then_some(Status::ToleranceNotReached))
+    Ok((!reached_all).then_some(Status::ToleranceNotReached))
 }

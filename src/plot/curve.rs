@@ -22,8 +22,8 @@ impl Curve {
         Self {
             label: label.to_owned(),
             wavelength_um: bands.iter().map(|band| band.wavelength_um).collect(),
-            emissivity: bands.iter().map(|band| band.emissivity).collect(),
-            half_width: bands.iter().map(|band| band.half_width).collect(),
+            emissivity: bands.iter().map(|band| band.emissivity.emissivity).collect(),
+            half_width: bands.iter().map(|band| band.emissivity.half_width).collect(),
         }
     }
 

@@ -1,0 +1,67 @@
+"""The bodies of every shape without dust, and what they measure against what is asked."""
+
+import platform
+
+import bpy
+import numpy as np
+
+from . import export_json, export_obj, mesh_checks
+from .descriptors import RESOLUTION, feret_axes, roundness_class
+from .files import whole
+from .progress import emit, progress
+from .randomness import stream
+from .shapes import SHAPES, TOLERANCE, measure, model
+
+
+def make_grains(seed, variants, folder):
+    bodies = {}
+    shapes = []
+    for name, shape in SHAPES.items():
+        progress("model", len(shapes), len(SHAPES))
+        entries = []
+        for variant in range(variants):
+            # The stream of a scene whose class is named after the shape: these are its bodies.
+            body = model(shape, shape.diameter_um, stream(seed, "shape", name, variant))
+            bodies[f"{name}_{variant}"] = body
+            entries.append(_describe(f"{name}_{variant}", body))
+        shapes.append(
+            {
+                "name": name,
+                "diameter_um": shape.diameter_um,
+                "asked": shape.asked,
+                "bodies": entries,
+            }
+        )
+    report = {
+        "soilsig_grains": 1,
+        "seed": seed,
+        "versions": {
+            "blender": bpy.app.version_string,
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+        },
+        "tolerance": TOLERANCE,
+        "roundness_resolution": RESOLUTION,
+        "shapes": shapes,
+    }
+    with whole(folder, "grains.obj") as path:
+        export_obj.write_bodies(path, bodies)
+    with whole(folder, "grains.json") as path:
+        export_json.write(path, report)
+    emit("done", files=["grains.obj", "grains.json"])
+
+
+def _describe(name, body):
+    mesh_checks.check(body, name)
+    reached = measure(body)
+    return {
+        "name": name,
+        "reached": reached,
+        "roundness_class": roundness_class(reached["roundness"]),
+        "feret_um": feret_axes(body.vertices)[0].tolist(),
+        "volume_um3": body.volume_and_centroid[0],
+        "facets": len(body.facets),
+        "triangles": len(body.triangles),
+        # What a body must pass to be here.
+        "checks": ["closed", "outward", "convex"],
+    }

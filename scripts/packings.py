@@ -1,0 +1,179 @@
+"""What packings of one recipe differ by, and what is left of the tray in them.
+
+python3 scripts/packings.py SOILSIG SCENE.json PACKINGS [BIGGER_TRAY_UM]
+
+Drops the packings, then traces them again with other rims left out and with their lower grains taken
+away. Prints the tables of docs/geometry.md. Needs nothing but Python's own library.
+"""
+
+import csv
+import io
+import json
+import math
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+BANDS_UM = (9.0, 11.0)
+RIMS_UM = (0, 150, 300, 450, 600, 800)
+DEPTHS = (0.5, 1.0, 1.5, 2.0)  # mean diameters below the surface
+RAYS = ["--tolerance", "0.003", "--range", "9-11", "--step", "2"]
+GROUP = 4
+
+
+def main(soilsig, scene, packings, bigger_um=None):
+    scene = json.loads(Path(scene).read_text())
+    with tempfile.TemporaryDirectory() as folder:
+        bed = Bed(soilsig, Path(folder))
+        beds = bed.drop(scene, int(packings))
+        print(f"\n## {scene['name']}, {len(beds)} packings\n")
+        spread_table(beds, bed)
+        rim_table(beds, bed)
+        depth_table(beds, bed)
+        if bigger_um:
+            bigger_table(scene, float(bigger_um), beds, bed)
+
+
+class Bed:
+    """Runs soilsig and reads what it writes."""
+
+    def __init__(self, soilsig, folder):
+        self.soilsig, self.folder = soilsig, folder
+
+    def drop(self, scene, packings):
+        """Placed scenes of so many packings."""
+        recipe, out = self.folder / "recipe.json", self.folder / f"out_{len(list(self.folder.iterdir()))}"
+        recipe.write_text(json.dumps(scene))
+        self.run("pipeline", "--scene", recipe, "--packings", packings, "--out", out,
+                 "--tolerance", 0.2, "--no-cache")  # fmt: skip
+        return [out / f"packings/{i + 1}/scene.json" for i in range(packings)]
+
+    def emissivity(self, path, change=lambda placed: None):
+        """Emissivity of a placed scene in each band, after a change to its geometry."""
+        scene = json.loads(path.read_text())
+        change(scene["geometry"]["placed"])
+        changed, table = path.parent / "changed.json", path.parent / "changed_table.json"
+        changed.write_text(json.dumps(scene))
+        self.run("trace", changed, "--out", table, *RAYS)
+        text = self.run("signature", table, "--range", "9-11", "--step", "2")
+        return [float(row["emissivity"]) for row in csv.DictReader(io.StringIO(text))]
+
+    def run(self, *arguments):
+        command = [self.soilsig, *map(str, arguments)]
+        return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+
+
+def mean_and_error(values):
+    return statistics.fmean(values), statistics.stdev(values) / math.sqrt(len(values))
+
+
+def spread_table(beds, bed):
+    values = [bed.emissivity(path) for path in beds]
+    print("| band | mean | standard deviation between packings | intervals of 4 packings that hold the mean of the rest |")
+    print("|---|---|---|---|")
+    for i, um in enumerate(BANDS_UM):
+        column = [value[i] for value in values]
+        held, groups = coverage(column)
+        print(f"| {um:g} um | {statistics.fmean(column):.4f} | {statistics.stdev(column):.4f} | {held} of {groups} |")
+    print()
+
+
+def coverage(column):
+    """How many 95 % intervals of groups of packings hold what all the others say."""
+    t = 3.182446  # Student, 3 degrees of freedom
+    groups = [column[i : i + GROUP] for i in range(0, len(column) - GROUP + 1, GROUP)]
+    held = 0
+    for n, group in enumerate(groups):
+        mean, error = mean_and_error(group)
+        rest = [value for m, other in enumerate(groups) if m != n for value in other]
+        truth, truth_error = mean_and_error(rest)
+        held += abs(mean - truth) <= t * math.hypot(error, truth_error)
+    return held, len(groups)
+
+
+def rim_table(beds, bed):
+    scene = json.loads(beds[0].read_text())
+    domain = scene["geometry"]["placed"]["domain"]
+    side = domain["min_um"][0] + domain["max_um"][0]
+    widest = max(RIMS_UM)
+
+    def cropped(rim):
+        def change(placed):
+            placed["domain"]["min_um"] = [rim, rim]
+            placed["domain"]["max_um"] = [side - rim, side - rim]
+
+        return change
+
+    values = {rim: [bed.emissivity(path, cropped(rim)) for path in beds] for rim in RIMS_UM}
+    print("| rim left out, um |", " | ".join(f"{um:g} um, less that of {widest} um" for um in BANDS_UM), "|")
+    print("|---|" + "---|" * len(BANDS_UM))
+    for rim in RIMS_UM:
+        cells = []
+        for i in range(len(BANDS_UM)):
+            if rim == widest:
+                cells.append("0")
+                continue
+            mean, error = mean_and_error([a[i] - b[i] for a, b in zip(values[rim], values[widest])])
+            cells.append(f"{mean:+.4f} +- {error:.4f}")
+        print(f"| {rim} |", " | ".join(cells), "|")
+    print()
+
+
+def depth_table(beds, bed):
+    """What taking the lower grains away changes."""
+    diameters, shares = {}, {}
+
+    def without(depth):
+        def change(placed):
+            tops = sorted(i["transform"][11] for i in placed["instances"])
+            # The upper decile of the grains' centres stands for the surface.
+            level = tops[int(0.9 * len(tops))] - depth * MEAN_DIAMETER_UM
+            kept = [i for i in placed["instances"] if i["transform"][11] >= level]
+            shares.setdefault(depth, []).append(len(kept) / len(tops))
+            placed["instances"] = kept
+            used = {i["prototype"] for i in kept}
+            placed["prototypes"] = [p for p in placed["prototypes"] if p["name"] in used]
+
+        return change
+
+    whole = [bed.emissivity(path) for path in beds]
+    print("| grains kept: centres no deeper than, mean diameters below the upper decile | share of the grains |",
+          " | ".join(f"change at {um:g} um" for um in BANDS_UM), "|")  # fmt: skip
+    print("|---|---|" + "---|" * len(BANDS_UM))
+    for depth in DEPTHS:
+        cut = [bed.emissivity(path, without(depth)) for path in beds]
+        cells = []
+        for i in range(len(BANDS_UM)):
+            mean, error = mean_and_error([a[i] - b[i] for a, b in zip(cut, whole)])
+            cells.append(f"{mean:+.4f} +- {error:.4f}")
+        print(f"| {depth:g} | {statistics.fmean(shares[depth]):.2f} |", " | ".join(cells), "|")
+    print()
+
+
+MEAN_DIAMETER_UM = 664.0
+
+
+def bigger_table(scene, side_um, beds, bed):
+    """The same recipe in a tray so much wider that its middle knows nothing of the walls."""
+    packing = scene["geometry"]["packing"]
+    share = (side_um / packing["tray_um"][0]) ** 2
+    wide = json.loads(json.dumps(scene))
+    wide_packing = wide["geometry"]["packing"]
+    wide_packing["tray_um"] = [side_um, side_um]
+    for grain in wide_packing["grains"]:
+        grain["count"] = round(grain["count"] * share)
+    rim = 1.5 * packing["crop_um"] + 300
+    wide_packing["crop_um"] = rim
+    middles = bed.drop(wide, max(4, round(len(beds) / share)))
+    there = [bed.emissivity(path) for path in middles]
+    here = [bed.emissivity(path) for path in beds]
+    print(f"Middle of a tray of {side_um:g} um, {rim:g} um from its walls, less the recipe's own bed:")
+    for i, um in enumerate(BANDS_UM):
+        (a, ea), (b, eb) = (mean_and_error([v[i] for v in values]) for values in (there, here))
+        print(f"{um:g} um: {a - b:+.4f} +- {math.hypot(ea, eb):.4f}")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

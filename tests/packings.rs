@@ -1,0 +1,102 @@
+//! Several packings of one recipe, with real Blenders: `make test` names them.
+
+#[path = "support/mod.rs"]
+mod support;
+
+use std::fs;
+use std::path::Path;
+
+use assert_cmd::Command;
+use serde_json::Value;
+use soilsig::packings::quantile_95;
+use soilsig::random::seed_of;
+
+fn soilsig(folder: &Path, blender: &Path, args: &[&str]) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_soilsig"));
+    command.args(args).current_dir(folder);
+    command.env("SOILSIG_CACHE", folder.join("cache")).env("SOILSIG_BLENDER", blender);
+    let output = command.output().expect("it runs");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{args:?}: {}\n{errors}", output.status);
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+fn small() -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/small.json").display().to_string()
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).expect("written")).expect("JSON")
+}
+
+#[test]
+fn the_interval_holds_the_spread_between_packings() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(blender) = support::real_blenders().into_iter().next() else { return };
+    let run = |packings: &str| {
+        let args = ["pipeline", "--scene", &small(), "--packings", packings, "--out", "r"];
+        soilsig(folder.path(), &blender, &[&args[..], &["--tolerance", "0.3", "--json"]].concat())
+    };
+    let record: Value = serde_json::from_str(&run("3")).expect("JSON");
+    let reached = &record["reached"]["settled_patch"];
+    assert_eq!(reached["packings"], 3);
+    let out = folder.path().join("r");
+    let csv = fs::read_to_string(out.join("signature.csv")).expect("written");
+    let mut reader = csv::Reader::from_reader(csv.as_bytes());
+    let trapped = reached["trapped_half_width"].as_f64().expect("a number");
+    for row in reader.records() {
+        let row = row.expect("a row");
+        let [error, half_width, rays, spread] =
+            [2, 3, 4, 5].map(|i| row[i].parse::<f64>().expect("a number"));
+        assert!((error - (spread / 3_f64.sqrt()).max(rays)).abs() < 2e-7, "{row:?}");
+        assert!((half_width - quantile_95(3) * error - trapped).abs() < 1e-5, "{row:?}");
+        assert!(spread > 0.0 && rays > 0.0, "{row:?}");
+    }
+    // The tables alone give the same curve.
+    let tables: Vec<String> = (1..=3).map(|i| format!("r/packings/{i}/table.json")).collect();
+    let mut args = vec!["signature"];
+    args.extend(tables.iter().map(String::as_str));
+    assert_eq!(soilsig(folder.path(), &blender, &args), csv);
+
+    // One packing more: the three that are there are not dropped again.
+    let times = |i: usize| json(&out.join(format!("packings/{i}/drop.json")))["timings_s"].clone();
+    let before: Vec<Value> = (1..=3).map(times).collect();
+    run("4");
+    assert_eq!((1..=3).map(times).collect::<Vec<_>>(), before);
+    assert!(out.join("packings/4/scene.json").is_file());
+    // Fewer: what is left over of the larger run goes.
+    run("2");
+    assert!(!out.join("packings/4/scene.json").exists());
+}
+
+/// A Blender makes several beds one after the other: none may know of those before it.
+#[test]
+fn a_packing_is_the_same_whatever_was_dropped_before_it() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (number, blender) in support::real_blenders().into_iter().enumerate() {
+        let (several, alone) = (format!("several{number}"), format!("alone{number}"));
+        let args = ["pipeline", "--scene", &small(), "--tolerance", "0.3", "--no-cache"];
+        let of = |more: &[&str]| soilsig(folder.path(), &blender, &[&args[..], more].concat());
+        of(&["--packings", "2", "--threads", "1", "--out", &several]);
+        of(&["--seed", &seed_of(1, 1).to_string(), "--out", &alone]);
+        let several = folder.path().join(several).join("packings/2");
+        let alone = folder.path().join(alone);
+        let read = |folder: &Path| fs::read(folder.join("prototypes.obj")).expect("written");
+        assert_eq!(read(&several), read(&alone));
+        let geometry = |folder: &Path| json(&folder.join("scene.json"))["geometry"].clone();
+        assert_eq!(geometry(&several), geometry(&alone));
+    }
+}
+
+#[test]
+fn packings_replay_to_the_byte() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(blender) = support::real_blenders().into_iter().next() else { return };
+    let args =
+        ["pipeline", "--scene", &small(), "--packings", "2", "--tolerance", "0.5", "--out", "r"];
+    soilsig(folder.path(), &blender, &args);
+    let said = soilsig(folder.path(), &blender, &["replay", "r/run.json", "--threads", "1"]);
+    for file in ["packings/2/scene.json", "packings/2/table.json", "signature.csv"] {
+        assert!(said.contains(&format!("{file}: the same")), "{said}");
+    }
+}
