@@ -7,15 +7,15 @@ through the point of the blow. Few fractures make a body angular, wear of its ar
 
 The wanted descriptors are those of crushed and little-travelled quartz:
 
-- Quartz of sand size is slightly elongated, L/S 1 to 2.5 and 1.5 on average (Wayland, Am. Mineral.
-  24, 88, 1939); it grows flatter with decreasing size, most so below 100 um (Krinsley and Smalley,
-  Science 180, 1277, 1973).
-- Crushed sands are the least round of all sands (Zheng and Hryciw, J. Comput. Civ. Eng. 30,
-  04016021, 2016); most sand has a roundness of .3 to .4 (Folk, Petrology of Sedimentary Rocks,
-  1980). Asked are "angular" fines and "angular" to "subangular" grains (Powers, J. Sediment.
-  Petrol. 23, 117, 1953).
-- The sphericity is that of convex bodies of this form and roundness; that of sand measured in three
-  dimensions is .85 (Minerals 12, 581, 2022) and less for angular grains.
+- Form: quartz grains of sediments have sphericities of .5 to 1, .75 on average, by their three
+  diameters (Geol. Soc. Am. Bull. 66, 1075, 1955); (I S / L^2)^(1/3) is .70 to .83 here. They grow
+  flatter with decreasing size, below 100 um above all (Krinsley and Smalley, Science 180, 1277,
+  1973).
+- Roundness: most sand has .3 to .4 (Folk, Petrology of Sedimentary Rocks, 1980), crushed sands the
+  least of all (Zheng and Hryciw, J. Comput. Civ. Eng., doi 10.1061/(ASCE)CP.1943-5487.0000578,
+  2016). Asked are Powers' "angular" (.17 to .25) and the lower half of "subangular" (.25 to .35).
+- Sphericity: what convex bodies of this form and roundness have. Measured in three dimensions that
+  of wind-blown sand is .85 (Minerals 12, 581, 2022).
 
 Every body is convex, so its convexity (volume over that of its hull) is 1. Outlines of sand have .9
 to .98 (Altuhafi and others, J. Geotech. Geoenviron. Eng. 139, 1290, 2013): hollows are left out.
