@@ -105,7 +105,9 @@ fn shares(
     for material in hits {
         *shares.entry(materials[usize::from(material)].to_owned()).or_default() += 1.0;
     }
-    shares.values_mut().for_each(|share| *share /= all as f64);
+    for share in shares.values_mut() {
+        *share /= all as f64;
+    }
     shares
 }
 
