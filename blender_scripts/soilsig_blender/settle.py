@@ -9,7 +9,6 @@ real grains.
 from dataclasses import dataclass
 
 import numpy as np
-from mathutils import Quaternion
 
 from . import contact
 from .errors import RecipeError
@@ -108,10 +107,16 @@ def _start_grid(radii, tray_um, rng):
 def _random_turn(rng):
     """A rotation drawn evenly from all rotations."""
     a, b, c = rng.random(3)
-    q = (
+    w, x, y, z = (
         np.sqrt(1 - a) * np.sin(2 * np.pi * b),
         np.sqrt(1 - a) * np.cos(2 * np.pi * b),
         np.sqrt(a) * np.sin(2 * np.pi * c),
         np.sqrt(a) * np.cos(2 * np.pi * c),
     )
-    return np.array(Quaternion(q).to_matrix())
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
