@@ -44,19 +44,19 @@ def check(prototypes, drop, packing):
     found["floor_depth_um"], found["wall_depth_um"] = _tray_depths(prototypes, drop, packing)
     limit = OVERLAP_SHARE * mean_diameter_um(prototypes, drop)
     found["depth_limit_um"] = limit
-    if max(found["floor_depth_um"], found["wall_depth_um"]) > limit:
-        raise BedError(
-            "sunk",
-            f"grains sank {found['floor_depth_um']:.1f} um into the floor and "
-            f"{found['wall_depth_um']:.1f} um into the walls; allowed are {limit:.1f} um",
-            "raise geometry.packing.drop.substeps",
-        )
     if found["max_depth_um"] > limit:
         raise BedError(
             "overlap",
             f"{found['overlapping']} of {found['contacts']} contacts overlap, by up to "
             f"{found['max_depth_um']:.1f} um; allowed are {limit:.1f} um",
             "raise geometry.packing.drop.substeps or iterations",
+        )
+    if max(found["floor_depth_um"], found["wall_depth_um"]) > limit:
+        raise BedError(
+            "sunk",
+            f"grains sank {found['floor_depth_um']:.1f} um into the floor and "
+            f"{found['wall_depth_um']:.1f} um into the walls; allowed are {limit:.1f} um",
+            "raise geometry.packing.drop.substeps",
         )
     return {"escaped": 0, "overlaps": found}
 

@@ -10,7 +10,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from mathutils import Quaternion
 
 from . import contact
 from .errors import RecipeError
@@ -109,10 +108,16 @@ def _start_grid(radii, tray_um, rng):
 def _random_turn(rng):
     """A rotation drawn evenly from all rotations."""
     a, b, c = rng.random(3)
-    q = (
+    w, x, y, z = (
         np.sqrt(1 - a) * math.sin(2 * math.pi * b),
         np.sqrt(1 - a) * math.cos(2 * math.pi * b),
         np.sqrt(a) * math.sin(2 * math.pi * c),
         np.sqrt(a) * math.cos(2 * math.pi * c),
     )
-    return np.array(Quaternion(q).to_matrix())
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
