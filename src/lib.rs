@@ -32,6 +32,8 @@ pub mod beds;
 pub mod blender;
 pub mod bvh;
 pub mod cache;
+pub mod coverage;
+pub mod coverage_scene;
 pub mod geometry;
 pub mod grains;
 pub mod ingest;

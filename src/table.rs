@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::coverage::Cover;
 use crate::output::{self, OutputError};
 use crate::scene::View;
 use crate::spectrum::Spectrum;
@@ -102,6 +103,8 @@ pub struct Table {
     pub hits: u64,
     /// Paths given up inside a solid, by mesh; they are among the trapped.
     pub inside: BTreeMap<String, u64>,
+    /// What is seen of each prototype.
+    pub coverage: BTreeMap<String, Cover>,
     /// Hits on each material before the sky, and how many paths had them.
     pub escaped: Vec<(State, u64)>,
     /// The same for paths that were given up.

@@ -71,9 +71,19 @@ impl Footprint {
 /// comes only of solids that overlap, or of a hit so near to where two touch that the lifted origin is in
 /// the other one.
 enum Event {
-    Hit { material: u16, point: DVec3, normal: DVec3 },
-    Inside { mesh: usize },
-    Sky { downward: bool },
+    /// Of no mesh if it is the floor.
+    Hit {
+        mesh: Option<usize>,
+        material: u16,
+        point: DVec3,
+        normal: DVec3,
+    },
+    Inside {
+        mesh: usize,
+    },
+    Sky {
+        downward: bool,
+    },
     Lost,
 }
 
@@ -152,7 +162,7 @@ impl Tracer {
                 Event::Sky { downward } => return tally.escaped(downward),
                 Event::Lost => return tally.trapped(),
                 Event::Inside { mesh } => return tally.buried(mesh),
-                Event::Hit { material, point, normal } => {
+                Event::Hit { material, point, normal, .. } => {
                     if tally.hit(material) >= self.max_bounces {
                         return tally.trapped();
                     }
@@ -177,7 +187,7 @@ impl Tracer {
                     // The floor is above everything below it by decree: no lift is needed to stay off it.
                     let point = DVec3::new(origin.x, origin.y, z_um);
                     let normal = if direction.z < 0.0 { DVec3::Z } else { -DVec3::Z };
-                    return Event::Hit { material, point, normal };
+                    return Event::Hit { mesh: None, material, point, normal };
                 }
                 Exit::Mirror { axis, at_um } => {
                     origin[axis] = at_um;
@@ -238,6 +248,7 @@ impl Tracer {
         let normal = if behind { -outward } else { outward };
         let point = a + f64::from(v) * (b - a) + f64::from(w) * (c - a);
         Event::Hit {
+            mesh: Some(place.mesh),
             material: mesh.materials[triangle],
             point: point + self.lift_um[placement] * normal,
             normal,
@@ -254,6 +265,14 @@ impl Tracer {
     pub fn look(&self, place: [f64; 2]) -> Option<(u16, f64)> {
         match self.next(self.footprint.at(place), -self.bed.to_sensor) {
             Event::Hit { material, normal, .. } => Some((material, normal.dot(self.bed.to_sensor))),
+            Event::Sky { .. } | Event::Lost | Event::Inside { .. } => None,
+        }
+    }
+
+    /// The mesh, unless it is the floor, and the material that the sensor sees at a place of its view.
+    pub fn first(&self, place: [f64; 2]) -> Option<(Option<usize>, u16)> {
+        match self.next(self.footprint.at(place), -self.bed.to_sensor) {
+            Event::Hit { mesh, material, .. } => Some((mesh, material)),
             Event::Sky { .. } | Event::Lost | Event::Inside { .. } => None,
         }
     }
