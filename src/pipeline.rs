@@ -251,7 +251,7 @@ impl Run<'_> {
         }
         let packings = 0..self.options.packings;
         let seeds: Vec<u64> = packings.map(|i| random::seed_of(packing.seed, i)).collect();
-        let mut of_first = vec!["scene.glb", "scene.blend"];
+        let mut of_first = vec!["scene.glb", "scene.blend", "frames.json"];
         if self.options.patch_obj {
             of_first.push("patch.obj");
         }
