@@ -256,7 +256,7 @@ impl Run<'_> {
         }
         let packings = 0..self.options.packings;
         let seeds: Vec<u64> = packings.map(|i| random::seed_of(packing.seed, i)).collect();
-        let mut of_first = vec!["scene.glb", "scene.blend"];
+        let mut of_first = vec!["scene.glb", "scene.blend", "frames.json"];
         if self.options.patch_obj {
             of_first.push("patch.obj");
         }
@@ -397,7 +397,7 @@ impl Run<'_> {
         let made_from = (program(), &table.scene_sha256);
         let made = self.cache.stage("picture", &made_from, |folder| {
             let tracer = ready(&mut bed.tracer, &bed.scene, &bed.path)?;
-            picture::write(tracer, &folder.join("patch.png"))
+            picture::write(tracer.bed(), &folder.join("patch.png"))
         })?;
         output::copy(&made.folder.join("patch.png"), &self.place("patch.png"))?;
         self.wrote("patch.png")?;

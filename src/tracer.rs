@@ -33,17 +33,17 @@ pub struct Tracer {
 }
 
 /// The parallelogram from which the sensor's rays start.
-struct Footprint {
-    corner: DVec3,
-    right: DVec3,
-    up: DVec3,
+pub(crate) struct Footprint {
+    pub(crate) corner: DVec3,
+    pub(crate) right: DVec3,
+    pub(crate) up: DVec3,
 }
 
 impl Footprint {
     /// Within mirror sides the plan of the domain at its top: the bed goes on beyond it, so any part of
     /// its plan sees the same. In the open a rectangle across the line of sight that covers all of
     /// the domain's box, so that the target is seen whole from any side.
-    fn new(domain: &Domain, to_sensor: DVec3) -> Self {
+    pub(crate) fn new(domain: &Domain, to_sensor: DVec3) -> Self {
         let (min, max) = (domain.min_um, domain.max_um);
         let size = max - min;
         if domain.sides == Sides::Mirror {

@@ -16,7 +16,7 @@ from .prototype import build, describe, model_fines, variants
 
 OLDEST_BLENDER = (3, 4, 0)
 # Files that only one of several beds is likely to be wanted in.
-EXTRA = ("scene.glb", "scene.blend", "patch.obj")
+EXTRA = ("scene.glb", "scene.blend", "frames.json", "patch.obj")
 
 
 def make_beds(scene_path, folder, seeds, extra):
@@ -90,6 +90,7 @@ def _export(folder, scene, packing, prototypes, dropped, report, clock, extra):
         "scene.json": lambda path: export_json.write_scene(
             path, scene, packing, prototypes, dropped
         ),
+        "frames.json": lambda path: export_json.write_frames(path, packing, prototypes, dropped),
         "scene.glb": lambda path: bed_in_blender().write_glb(path),
         "scene.blend": lambda path: bed_in_blender().write_blend(path),
         "patch.obj": lambda path: export_obj.write_patch(
