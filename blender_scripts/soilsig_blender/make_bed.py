@@ -10,13 +10,11 @@ from . import bed, export_json, export_obj, recipe
 from .attempts import settled_bed
 from .errors import BedError
 from .export_blender import BlenderBed
-from .files import whole, whole_folder
+from .files import EXTRA, whole, whole_folder
 from .progress import emit, progress
 from .prototype import build, describe, model_fines, variants
 
 OLDEST_BLENDER = (3, 4, 0)
-# Files that only one of several beds is likely to be wanted in.
-EXTRA = ("scene.glb", "scene.blend", "frames.json", "patch.obj")
 
 
 def make_beds(scene_path, folder, seeds, extra):

@@ -38,6 +38,7 @@ const COLOURS: [[f32; 3]; 6] = [
 ];
 const BACKGROUND: [f32; 3] = [0.12, 0.15, 0.20];
 
+/// Draws the sensor's view of a bed as a PNG file.
 pub fn write(bed: &Bed, path: &Path) -> Result<(), Error> {
     let t = std::time::Instant::now();
     let Footprint { corner, right, up } = Footprint::new(&bed.domain, bed.to_sensor);
