@@ -67,7 +67,7 @@ pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
         missed: share(&|table| table.missed),
         escaped_downward: share(&|table| table.escaped_downward),
         trapped: share(&|table| table.trapped.iter().map(|(_, count)| count).sum()),
-        inside: share(&|table| table.inside.values().sum()),
+        inside: share(&|table| table.inside.iter().map(|inside| inside.paths).sum()),
         floor_effect: floor_effect(packings, bands),
         features: features(&wavelengths, &emissivity),
     }

@@ -119,7 +119,7 @@ pub fn trace(
         missed: 0,
         escaped_downward: 0,
         hits: 0,
-        inside: BTreeMap::new(),
+        inside: Vec::new(),
         coverage: coverage(tracer, scene),
         escaped: Vec::new(),
         trapped: Vec::new(),

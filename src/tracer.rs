@@ -130,7 +130,7 @@ impl Tracer {
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Tally, Error> {
         let source = Source::new(seed, purpose);
-        let empty = || Tally::new(self.bed.materials, self.bed.meshes.len());
+        let empty = || Tally::new(self.bed.materials);
         (0..paths.div_ceil(BLOCK))
             .into_par_iter()
             .map(|block| {
@@ -156,13 +156,15 @@ impl Tracer {
     fn path(&self, random: &mut Stream, tally: &mut Tally) {
         let mut origin = self.footprint.at(random.pair());
         let mut direction = -self.bed.to_sensor;
+        let mut left = None;
         tally.begin();
         loop {
             match self.next(origin, direction) {
                 Event::Sky { downward } => return tally.escaped(downward),
                 Event::Lost => return tally.trapped(),
-                Event::Inside { mesh } => return tally.buried(mesh),
-                Event::Hit { material, point, normal, .. } => {
+                Event::Inside { mesh } => return tally.buried(left, mesh),
+                Event::Hit { mesh, material, point, normal } => {
+                    left = mesh;
                     if tally.hit(material) >= self.max_bounces {
                         return tally.trapped();
                     }

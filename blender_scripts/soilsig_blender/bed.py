@@ -1,16 +1,22 @@
-"""How deep the bed is and how much of it is void."""
+"""How deep the bed is and how much of it is void.
+
+The void share below the surface counts the gaps at the walls and the floor and the hollows of the
+surface; that of the interior is what a soil's porosity means.
+"""
 
 import numpy as np
 
 from .checks import mean_diameter_um
+from .pieces import Pieces
 from .randomness import stream
 
 _POINTS = 4000  # on the surface of a prototype
 _COLUMNS_PER_DIAMETER = 8
+_PROBES = 10000  # points drawn in the bed's interior
 
 
 def measure(prototypes, drop, packing):
-    """Mean height of the bed's surface over the whole tray, and the void share below it."""
+    """Mean height of the bed's surface over the whole tray, and the void share below and inside."""
     tray = np.array(packing["tray_um"])
     columns = np.ceil(tray * _COLUMNS_PER_DIAMETER / mean_diameter_um(prototypes, drop)).astype(int)
     clouds = [_surface_points(p, stream(packing["seed"], "surface", p.name)) for p in prototypes]
@@ -25,8 +31,31 @@ def measure(prototypes, drop, packing):
         "depth_um": depth,
         "depth_mean_diameters": depth / mean_diameter_um(prototypes, drop),
         "porosity": 1 - solid / (float(tray.prod()) * depth),
+        "interior_porosity": _interior_porosity(prototypes, drop, packing, depth),
         "floor_seen": float((top == 0).mean()),
     }
+
+
+def _interior_porosity(prototypes, drop, packing, depth):
+    """Void share half a mean diameter from the walls and the floor and one below the surface.
+
+    None if the bed has no such place. Half a diameter is as far as grains line up along a wall;
+    the surface undulates by as much.
+    """
+    diameter = mean_diameter_um(prototypes, drop)
+    low = np.full(3, diameter / 2)
+    high = np.array([*(np.array(packing["tray_um"]) - diameter / 2), depth - diameter])
+    if (high <= low).any():
+        return None
+    points = low + (high - low) * stream(packing["seed"], "porosity").random((_PROBES, 3))
+    solid = np.zeros(len(points), bool)
+    pieces = [Pieces.of(prototype) for prototype in prototypes]
+    for p, pose in zip(drop.prototype_of, drop.poses):
+        near = np.flatnonzero(
+            np.linalg.norm(points - pose[:3, 3], axis=1) < pieces[p].radius,
+        )
+        solid[near] |= pieces[p].contain((points[near] - pose[:3, 3]) @ pose[:3, :3])
+    return float(1 - solid.mean())
 
 
 def _surface_points(prototype, rng):

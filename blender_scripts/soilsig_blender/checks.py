@@ -27,9 +27,11 @@ def check(prototypes, drop, packing):
         x, y, z = drop.poses[i, :3, 3]
         raise BedError(
             "escaped",
-            f"{len(escaped)} of {len(drop.poses)} grains left the tray, the first of them a "
-            f"{prototypes[drop.prototype_of[i]].name} at ({x:.0f}, {y:.0f}, {z:.0f}) um",
-            "raise geometry.packing.drop.substeps",
+            f"{len(escaped)} of {len(drop.poses)} grains left the tray by frame {drop.frames}, the "
+            f"first of them a {prototypes[drop.prototype_of[i]].name} to "
+            f"({x:.4g}, {y:.4g}, {z:.4g}) um",
+            "raise geometry.packing.drop.substeps; scale 6.5, gravity 98.1 and margin 0.04 are "
+            "known to hold",
         )
     if not drop.settled:
         raise BedError(
@@ -41,15 +43,19 @@ def check(prototypes, drop, packing):
     found = _overlaps(prototypes, drop)
     found["floor_depth_um"], found["wall_depth_um"] = _tray_depths(prototypes, drop, packing)
     limit = OVERLAP_SHARE * mean_diameter_um(prototypes, drop)
-    deepest = max(found["max_depth_um"], found["floor_depth_um"], found["wall_depth_um"])
     found["depth_limit_um"] = limit
-    if deepest > limit:
+    if max(found["floor_depth_um"], found["wall_depth_um"]) > limit:
+        raise BedError(
+            "sunk",
+            f"grains sank {found['floor_depth_um']:.1f} um into the floor and "
+            f"{found['wall_depth_um']:.1f} um into the walls; allowed are {limit:.1f} um",
+            "raise geometry.packing.drop.substeps",
+        )
+    if found["max_depth_um"] > limit:
         raise BedError(
             "overlap",
             f"{found['overlapping']} of {found['contacts']} contacts overlap, by up to "
-            f"{found['max_depth_um']:.1f} um; grains sink {found['floor_depth_um']:.1f} um into "
-            f"the floor and {found['wall_depth_um']:.1f} um into the walls; "
-            f"allowed are {limit:.1f} um",
+            f"{found['max_depth_um']:.1f} um; allowed are {limit:.1f} um",
             "raise geometry.packing.drop.substeps or iterations",
         )
     return {"escaped": 0, "overlaps": found}
@@ -62,6 +68,7 @@ def mean_diameter_um(prototypes, drop):
 def _escaped(drop, tray_um):
     middle = drop.poses[:, :3, 3]
     out = (middle < 0).any(axis=1) | (middle[:, :2] > tray_um).any(axis=1)
+    out |= middle[:, 2] > drop.ceiling_um
     return np.flatnonzero(out)
 
 

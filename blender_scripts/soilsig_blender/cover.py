@@ -11,7 +11,7 @@ import numpy as np
 from .neighbours import near
 from .seats import frames
 from .solids import Shapes
-from .sphere import GOLDEN_ANGLE, fibonacci
+from .sphere import GOLDEN_ANGLE, cosine_and_sine, fibonacci
 
 # The dusty grain is seen from so many sides; so many points are looked at on the grain itself,
 # which gives the share of its surface to a standard error of .016.
@@ -76,7 +76,7 @@ def _from_afar(grain, shapes, placed, lines):
     side, number = np.divmod(np.arange(_DIRECTIONS * lines), lines)
     away = reach * np.sqrt((number + 0.5) / lines)
     angle = GOLDEN_ANGLE * (number + lines * side)
-    flat = np.column_stack([away * np.cos(angle), away * np.sin(angle)])
+    flat = np.column_stack([away * part for part in cosine_and_sine(angle)])
     origins, directions = (turn[side, :, :2] @ flat[:, :, None])[..., 0], -turn[side, :, 2]
 
     core = Shapes([grain])

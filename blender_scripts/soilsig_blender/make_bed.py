@@ -6,13 +6,13 @@ import time
 import bpy
 import numpy as np
 
-from . import bed, checks, export_json, export_obj, recipe
+from . import bed, export_json, export_obj, recipe
+from .attempts import settled_bed
 from .errors import BedError
 from .export_blender import BlenderBed
 from .files import whole, whole_folder
 from .progress import emit, progress
 from .prototype import build, describe, model_fines, variants
-from .settle import drop
 
 OLDEST_BLENDER = (3, 4, 0)
 # Files that only one of several beds is likely to be wanted in.
@@ -51,9 +51,8 @@ def _make_bed(scene, packing, folder, extra):
         prototypes.append(build(grain_class, variant, fines, packing))
         progress("dust", len(prototypes), len(wanted))
     clock.lap("dust")
-    dropped = drop(prototypes, packing)
+    dropped, found, attempts = settled_bed(prototypes, packing)
     clock.lap("drop")
-    found = checks.check(prototypes, dropped, packing)
     shape_of_bed = bed.measure(prototypes, dropped, packing)
     clock.lap("check")
     report = {
@@ -69,6 +68,7 @@ def _make_bed(scene, packing, folder, extra):
             "mean_energy_mgd": dropped.mean_energy,
             "top_speed_sqrt_gd": dropped.top_speed,
         },
+        "attempts": attempts,
         "checks": found,
         "bed": shape_of_bed,
     }

@@ -163,6 +163,17 @@ class Pieces:
             self.core, self.fines.take(near), self.centre[near], self.outer[near], self.radius
         )
 
+    def contain(self, points):
+        """Whether each point is inside the grain or one of its fines."""
+        inside = (points @ self.core.normals[0].T <= self.core.offsets[0]).all(axis=1)
+        outside = np.flatnonzero(~inside)
+        squared = ((points[outside, None] - self.centre) ** 2).sum(axis=2)
+        point, fine = np.nonzero(squared < self.outer**2)
+        heights = np.einsum("nfi,ni->nf", self.fines.normals[fine], points[outside[point]])
+        within = (heights <= self.fines.offsets[fine]).all(axis=1)
+        inside[outside[point[within]]] = True
+        return inside
+
     def moved(self, turn, shift):
         return Pieces(
             self.core.moved(turn, shift),

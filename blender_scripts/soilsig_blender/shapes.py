@@ -7,15 +7,15 @@ through the point of the blow. Few fractures make a body angular, wear of its ar
 
 The wanted descriptors are those of crushed and little-travelled quartz:
 
-- Quartz of sand size is slightly elongated, L/S 1 to 2.5 and 1.5 on average (Wayland, Am. Mineral.
-  24, 88, 1939); it grows flatter with decreasing size, most so below 100 um (Krinsley and Smalley,
-  Science 180, 1277, 1973).
-- Crushed sands are the least round of all sands (Zheng and Hryciw, J. Comput. Civ. Eng. 30,
-  04016021, 2016); most sand has a roundness of .3 to .4 (Folk, Petrology of Sedimentary Rocks,
-  1980). Asked are "angular" fines and "angular" to "subangular" grains (Powers, J. Sediment.
-  Petrol. 23, 117, 1953).
-- The sphericity is that of convex bodies of this form and roundness; that of sand measured in three
-  dimensions is .85 (Minerals 12, 581, 2022) and less for angular grains.
+- Form: quartz grains of sediments have sphericities of .5 to 1, .75 on average, by their three
+  diameters (Geol. Soc. Am. Bull. 66, 1075, 1955); (I S / L^2)^(1/3) is .70 to .83 here. They grow
+  flatter with decreasing size, below 100 um above all (Krinsley and Smalley, Science 180, 1277,
+  1973).
+- Roundness: most sand has .3 to .4 (Folk, Petrology of Sedimentary Rocks, 1980), crushed sands the
+  least of all (Zheng and Hryciw, J. Comput. Civ. Eng., doi 10.1061/(ASCE)CP.1943-5487.0000578,
+  2016). Asked are Powers' "angular" (.17 to .25) and the lower half of "subangular" (.25 to .35).
+- Sphericity: what convex bodies of this form and roundness have. Measured in three dimensions that
+  of wind-blown sand is .85 (Minerals 12, 581, 2022).
 
 Every body is convex, so its convexity (volume over that of its hull) is 1. Outlines of sand have .9
 to .98 (Altuhafi and others, J. Geotech. Geoenviron. Eng. 139, 1290, 2013): hollows are left out.
@@ -30,6 +30,7 @@ from . import mesh_checks
 from .descriptors import elongation_and_flatness, feret_axes, roundness, sphericity
 from .errors import BedError
 from .polyhedron import Polyhedron, intersect
+from .sphere import fibonacci
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,7 @@ def measure(body):
 def _fractures(shape, rng):
     """Planes of the fans: normals and distances from the centre."""
     count = shape.fractures
-    normals = _fibonacci(count) + _SCATTER * (2 * rng.random((count, 3)) - 1)
+    normals = fibonacci(count) + _SCATTER * (2 * rng.random((count, 3)) - 1)
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     distances = 1 + _IRREGULARITY * (2 * rng.random(count) - 1)
     along = np.cross(normals, 2 * rng.random((count, 3)) - 1)  # from the blow to the middle
@@ -129,18 +130,6 @@ def _fractures(shape, rng):
         planes.append(rib)
         distances = np.concatenate([distances, np.einsum("ij,ij->i", rib, blow)])
     return np.vstack(planes), distances
-
-
-def _fibonacci(count):
-    """Directions spread evenly over the sphere."""
-    directions = []
-    for i in range(count):
-        height = 1 - (2 * i + 1) / count
-        ring = math.sqrt(1 - height**2)
-        # Not numpy's cosine: its last bit hangs on where its arrays lie in memory.
-        turn = math.pi * (3 - math.sqrt(5)) * i
-        directions.append((ring * math.cos(turn), ring * math.sin(turn), height))
-    return np.array(directions)
 
 
 def _between(limits, rng, count):

@@ -63,6 +63,8 @@ pub enum Trouble {
     Escaped,
     /// Grains sank into each other.
     Overlap,
+    /// Grains sank into the tray.
+    Sunk,
     /// A position is not a number.
     Nan,
     /// Anything else.

@@ -117,9 +117,11 @@ impl Blender {
         match kind {
             Trouble::Numpy => BlenderError::NumpyMissing { kind: self.kind, path },
             Trouble::Version => BlenderError::Unsupported { path, version: self.version },
-            Trouble::NotSettled | Trouble::Escaped | Trouble::Overlap | Trouble::Nan => {
-                BlenderError::Refused { message, remedy, log }
-            }
+            Trouble::NotSettled
+            | Trouble::Escaped
+            | Trouble::Overlap
+            | Trouble::Sunk
+            | Trouble::Nan => BlenderError::Refused { message, remedy, log },
             Trouble::Scene | Trouble::Internal => BlenderError::Script { message, remedy, log },
         }
     }
