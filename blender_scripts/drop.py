@@ -12,6 +12,7 @@ import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
+from soilsig_blender.files import EXTRA
 from soilsig_blender.script import run
 
 
@@ -30,7 +31,7 @@ def main(arguments):
         "--also",
         action="append",
         default=[],
-        choices=("scene.glb", "scene.blend", "patch.obj"),
+        choices=EXTRA,
         help="write this too, of the first bed",
     )
     options = parser.parse_args(arguments)

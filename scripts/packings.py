@@ -2,8 +2,8 @@
 
 python3 scripts/packings.py SOILSIG SCENE.json PACKINGS [BIGGER_TRAY_UM]
 
-Drops the packings, then traces them again with other rims left out and with their lower grains taken
-away. Prints the tables of docs/geometry.md. Needs nothing but Python's own library.
+Drops the packings, then traces them again with other rims left out and with their lower grains
+taken away. Prints the tables of docs/geometry.md. Needs nothing but Python's own library.
 """
 
 import csv
@@ -17,6 +17,7 @@ import tempfile
 from pathlib import Path
 
 BANDS_UM = (9.0, 11.0)
+MEAN_DIAMETER_UM = 664.0
 RIMS_UM = (0, 150, 300, 450, 600, 800)
 DEPTHS = (0.5, 1.0, 1.5, 2.0)  # mean diameters below the surface
 RAYS = ["--tolerance", "0.003", "--range", "9-11", "--step", "2"]
@@ -44,10 +45,11 @@ class Bed:
 
     def drop(self, scene, packings):
         """Placed scenes of so many packings."""
-        recipe, out = self.folder / "recipe.json", self.folder / f"out_{len(list(self.folder.iterdir()))}"
+        folder = Path(tempfile.mkdtemp(dir=self.folder))
+        recipe, out = folder / "recipe.json", folder / "out"
         recipe.write_text(json.dumps(scene))
-        self.run("pipeline", "--scene", recipe, "--packings", packings, "--out", out,
-                 "--tolerance", 0.2, "--no-cache")  # fmt: skip
+        what = ["--scene", recipe, "--packings", packings, "--out", out, "--no-cache"]
+        self.run("pipeline", *what, "--tolerance", 0.2)
         return [out / f"packings/{i + 1}/scene.json" for i in range(packings)]
 
     def emissivity(self, path, change=lambda placed: None):
@@ -65,18 +67,23 @@ class Bed:
         return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
 
 
+def row(*cells):
+    print("|", " | ".join(cells), "|")
+
+
 def mean_and_error(values):
     return statistics.fmean(values), statistics.stdev(values) / math.sqrt(len(values))
 
 
 def spread_table(beds, bed):
     values = [bed.emissivity(path) for path in beds]
-    print("| band | mean | standard deviation between packings | intervals of 4 packings that hold the mean of the rest |")
-    print("|---|---|---|---|")
+    row("band", "mean", "standard deviation", f"intervals of {GROUP} packings that hold the rest")
+    row(*["---"] * 4)
     for i, um in enumerate(BANDS_UM):
         column = [value[i] for value in values]
         held, groups = coverage(column)
-        print(f"| {um:g} um | {statistics.fmean(column):.4f} | {statistics.stdev(column):.4f} | {held} of {groups} |")
+        mean, spread = statistics.fmean(column), statistics.stdev(column)
+        row(f"{um:g} um", f"{mean:.4f}", f"{spread:.4f}", f"{held} of {groups}")
     print()
 
 
@@ -107,8 +114,8 @@ def rim_table(beds, bed):
         return change
 
     values = {rim: [bed.emissivity(path, cropped(rim)) for path in beds] for rim in RIMS_UM}
-    print("| rim left out, um |", " | ".join(f"{um:g} um, less that of {widest} um" for um in BANDS_UM), "|")
-    print("|---|" + "---|" * len(BANDS_UM))
+    row("rim left out, um", *(f"at {um:g} um, less that of {widest}" for um in BANDS_UM))
+    row("---", *["---"] * len(BANDS_UM))
     for rim in RIMS_UM:
         cells = []
         for i in range(len(BANDS_UM)):
@@ -117,13 +124,13 @@ def rim_table(beds, bed):
                 continue
             mean, error = mean_and_error([a[i] - b[i] for a, b in zip(values[rim], values[widest])])
             cells.append(f"{mean:+.4f} +- {error:.4f}")
-        print(f"| {rim} |", " | ".join(cells), "|")
+        row(f"{rim}", *cells)
     print()
 
 
 def depth_table(beds, bed):
     """What taking the lower grains away changes."""
-    diameters, shares = {}, {}
+    shares = {}
 
     def without(depth):
         def change(placed):
@@ -139,20 +146,16 @@ def depth_table(beds, bed):
         return change
 
     whole = [bed.emissivity(path) for path in beds]
-    print("| grains kept: centres no deeper than, mean diameters below the upper decile | share of the grains |",
-          " | ".join(f"change at {um:g} um" for um in BANDS_UM), "|")  # fmt: skip
-    print("|---|---|" + "---|" * len(BANDS_UM))
+    row("depth kept, mean diameters", "grains kept", *(f"change at {um:g} um" for um in BANDS_UM))
+    row(*["---"] * (2 + len(BANDS_UM)))
     for depth in DEPTHS:
         cut = [bed.emissivity(path, without(depth)) for path in beds]
         cells = []
         for i in range(len(BANDS_UM)):
             mean, error = mean_and_error([a[i] - b[i] for a, b in zip(cut, whole)])
             cells.append(f"{mean:+.4f} +- {error:.4f}")
-        print(f"| {depth:g} | {statistics.fmean(shares[depth]):.2f} |", " | ".join(cells), "|")
+        row(f"{depth:g}", f"{statistics.fmean(shares[depth]):.2f}", *cells)
     print()
-
-
-MEAN_DIAMETER_UM = 664.0
 
 
 def bigger_table(scene, side_um, beds, bed):
@@ -169,7 +172,7 @@ def bigger_table(scene, side_um, beds, bed):
     middles = bed.drop(wide, max(4, round(len(beds) / share)))
     there = [bed.emissivity(path) for path in middles]
     here = [bed.emissivity(path) for path in beds]
-    print(f"Middle of a tray of {side_um:g} um, {rim:g} um from its walls, less the recipe's own bed:")
+    print(f"Middle of a {side_um:g} um tray, {rim:g} um from its walls, less the bed above:")
     for i, um in enumerate(BANDS_UM):
         (a, ea), (b, eb) = (mean_and_error([v[i] for v in values]) for values in (there, here))
         print(f"{um:g} um: {a - b:+.4f} +- {math.hypot(ea, eb):.4f}")

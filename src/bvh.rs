@@ -85,6 +85,12 @@ impl Accelerator {
         Self { meshes, instances, top: build(&boxes, 1), middle }
     }
 
+    /// One of the bed's meshes by itself.
+    pub fn alone(&self, bed: &Bed, mesh: usize) -> Alone<'_> {
+        let unmoved = Placement { mesh, to_scene: DAffine3::IDENTITY };
+        Alone { mesh: &self.meshes[mesh], instance: Instance::new(&unmoved, &bed.meshes[mesh]) }
+    }
+
     /// The nearest hit within `t_max` um of `origin` along the unit vector `direction`.
     #[inline]
     pub fn closest(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<Hit> {
@@ -104,6 +110,25 @@ impl Accelerator {
             }
         });
         best
+    }
+}
+
+/// A mesh by itself, about its own middle.
+pub struct Alone<'a> {
+    mesh: &'a MeshTree,
+    instance: Instance,
+}
+
+impl Alone<'_> {
+    /// Radius of the sphere about the origin that holds the mesh, um.
+    pub fn radius_um(&self) -> f64 {
+        self.instance.radius
+    }
+
+    /// Number of the first triangle that a ray meets.
+    pub fn closest(&self, origin: DVec3, direction: DVec3) -> Option<usize> {
+        let hit = self.instance.closest(self.mesh, origin, direction, f64::INFINITY);
+        hit.map(|(_, triangle, _)| triangle)
     }
 }
 

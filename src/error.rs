@@ -137,7 +137,9 @@ impl Error {
             Self::Spectrum(error) | Self::Material { source: error, .. } => error.hint(),
             Self::Table(error) => error.hint(),
             Self::Plot(error) => error.hint(),
-            Self::Coverage { known, .. } => Some(format!("there are {known}, and all")),
+            Self::Coverage { known, .. } => {
+                Some(format!("there are {known}, all, and any share from 0 to 1"))
+            }
             Self::OnePacking { .. } => {
                 Some("give the recipe that it was dropped from, or leave --packings out".into())
             }

@@ -6,6 +6,7 @@
 //! |---|---|
 //! | scene file, strict and documented | [`scene`] |
 //! | Blender models and drops the grains, once for each packing | [`beds`], [`blender`] |
+//! | bare grains, their descriptors and picture | [`grains`] |
 //! | `.obj` and `.gltf` into meshes and instances | [`ingest`], [`geometry`] |
 //! | closest hits through two levels of bounding volumes | [`bvh`] |
 //! | backward paths into counts of hits per material | [`tracer`], [`table`] |
@@ -31,7 +32,10 @@ pub mod beds;
 pub mod blender;
 pub mod bvh;
 pub mod cache;
+pub mod coverage;
+pub mod coverage_scene;
 pub mod geometry;
+pub mod grains;
 pub mod ingest;
 pub mod optics;
 pub mod packings;

@@ -10,6 +10,7 @@ use sha2::{Digest, Sha256};
 use crate::beds::{self, Order};
 use crate::blender;
 use crate::cache::{Cache, Made};
+use crate::coverage_scene::scene_for;
 use crate::error::Error;
 use crate::ingest;
 use crate::output;
@@ -40,7 +41,8 @@ const NOT_REPRODUCIBLE: [&str; 2] = ["blender.log", "drop.json"];
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
-    /// A shipped scene by its coverage: `full`, `less`, `sparse`, `bare`; or `all` of them.
+    /// A shipped scene by its coverage: `full`, `less`, `sparse`, `bare`; `all` of them; or the share of the
+    /// grains' silhouettes to be covered with fines, 0 to 1.
     Coverage(String),
     /// A scene file, packing or placed.
     Scene(PathBuf),
@@ -106,13 +108,16 @@ pub fn run(
             run.draw_all(&curves)?;
         }
         Source::Coverage(name) => {
-            let (_, text) = COVERAGES.iter().find(|(known, _)| known == name).ok_or_else(|| {
-                let known: Vec<_> = COVERAGES.iter().map(|(known, _)| *known).collect();
-                Error::Coverage { wanted: name.clone(), known: known.join(", ") }
-            })?;
             let path = PathBuf::from(format!("scenes/{name}.json"));
-            let scene = Scene::parse(text, &path)?;
-            record.versions.insert(path.display().to_string(), sha256_of(text));
+            let scene = if let Some((_, text)) = COVERAGES.iter().find(|(known, _)| known == name) {
+                record.versions.insert(path.display().to_string(), sha256_of(text));
+                Scene::parse(text, &path)?
+            } else if let Some(share) = name.parse().ok().filter(|s| (0.0..=1.0).contains(s)) {
+                scene_for(share)
+            } else {
+                let known: Vec<_> = COVERAGES.iter().map(|(known, _)| *known).collect();
+                return Err(Error::Coverage { wanted: name.clone(), known: known.join(", ") });
+            };
             Run { options, out, below: "", cache, record: &mut record }.scene(scene, &path)?;
         }
         Source::Scene(path) => {
@@ -251,7 +256,7 @@ impl Run<'_> {
         }
         let packings = 0..self.options.packings;
         let seeds: Vec<u64> = packings.map(|i| random::seed_of(packing.seed, i)).collect();
-        let mut of_first = vec!["scene.glb", "scene.blend"];
+        let mut of_first = vec!["scene.glb", "scene.blend", "frames.json"];
         if self.options.patch_obj {
             of_first.push("patch.obj");
         }
@@ -392,7 +397,7 @@ impl Run<'_> {
         let made_from = (program(), &table.scene_sha256);
         let made = self.cache.stage("picture", &made_from, |folder| {
             let tracer = ready(&mut bed.tracer, &bed.scene, &bed.path)?;
-            picture::write(tracer, &folder.join("patch.png"))
+            picture::write(tracer.bed(), &folder.join("patch.png"))
         })?;
         output::copy(&made.folder.join("patch.png"), &self.place("patch.png"))?;
         self.wrote("patch.png")?;

@@ -14,6 +14,8 @@ pub enum Purpose {
     Pilot = 1,
     /// Seeds of packings.
     Packing = 2,
+    /// What of each prototype is seen.
+    Coverage = 3,
 }
 
 /// The generators of all paths of one seed and purpose.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::coverage::Cover;
 use crate::error::Error;
 use crate::features::Features;
 use crate::output;
@@ -116,6 +117,8 @@ pub struct Reached {
     pub paths: u64,
     /// Share of the sensor's view that each material fills.
     pub seen_first: BTreeMap<String, f64>,
+    /// What is seen of each prototype, the mean over packings.
+    pub coverage: BTreeMap<String, Cover>,
     /// Share of paths that met nothing.
     pub missed: f64,
     /// Share of paths that left past the target's lower side.

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
+use crate::coverage::{self, Cover};
 use crate::error::Error;
 use crate::features::features;
 use crate::output;
@@ -62,10 +63,11 @@ pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
                 (material.name.clone(), hits as f64 / met as f64)
             })
             .collect(),
+        coverage: coverage::mean(&packings.iter().map(|t| &t.coverage).collect::<Vec<_>>()),
         missed: share(&|table| table.missed),
         escaped_downward: share(&|table| table.escaped_downward),
         trapped: share(&|table| table.trapped.iter().map(|(_, count)| count).sum()),
-        inside: share(&|table| table.inside.values().sum()),
+        inside: share(&|table| table.inside.iter().map(|inside| inside.paths).sum()),
         floor_effect: floor_effect(packings, bands),
         features: features(&wavelengths, &emissivity),
     }
@@ -198,6 +200,9 @@ pub fn reached_words(r: &Reached) -> String {
     let seen: Vec<String> =
         r.seen_first.iter().map(|(name, share)| format!("{name} {:.1} %", 100.0 * share)).collect();
     let _ = writeln!(text, "  seen from above: {}", seen.join(", "));
+    for line in coverage_words(&r.coverage) {
+        let _ = writeln!(text, "  {line}");
+    }
     if let Some(d) = r.features.reststrahlen {
         let _ = writeln!(
             text,
@@ -254,4 +259,26 @@ pub fn reached_words(r: &Reached) -> String {
         );
     }
     text
+}
+
+/// Most prototypes that are told of one by one.
+const PROTOTYPES_TOLD: usize = 12;
+
+/// Silhouettes of more than one material, such as those of dusty grains, a line each.
+fn coverage_words(coverage: &BTreeMap<String, Cover>) -> Vec<String> {
+    let mixed = coverage.iter().filter(|(_, cover)| cover.silhouette.len() > 1);
+    let percent = |shares: &BTreeMap<String, f64>| {
+        let each = shares.iter().map(|(name, share)| format!("{name} {:.1} %", 100.0 * share));
+        each.collect::<Vec<_>>().join(", ")
+    };
+    mixed
+        .take(PROTOTYPES_TOLD)
+        .map(|(name, cover)| {
+            format!(
+                "{name} from all sides: {}; from above {:.1} % of what is seen",
+                percent(&cover.silhouette),
+                100.0 * cover.view.values().sum::<f64>()
+            )
+        })
+        .collect()
 }

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::coverage::Cover;
 use crate::output::{self, OutputError};
 use crate::scene::View;
 use crate::spectrum::Spectrum;
@@ -100,8 +101,10 @@ pub struct Table {
     pub escaped_downward: u64,
     /// Surfaces hit in all.
     pub hits: u64,
-    /// Paths given up inside a solid, by mesh; they are among the trapped.
-    pub inside: BTreeMap<String, u64>,
+    /// Paths given up inside a solid; they are among the trapped.
+    pub inside: Vec<Inside>,
+    /// What is seen of each prototype.
+    pub coverage: BTreeMap<String, Cover>,
     /// Hits on each material before the sky, and how many paths had them.
     pub escaped: Vec<(State, u64)>,
     /// The same for paths that were given up.
@@ -118,6 +121,18 @@ pub struct TableMaterial {
     pub spectrum: Spectrum,
     /// First hits: what of the sensor's view it fills.
     pub first_hits: u64,
+}
+
+/// Paths that came to be inside a solid, where two overlap or all but touch.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Inside {
+    /// The solid, by the name of its mesh.
+    pub solid: String,
+    /// The mesh that the paths had left; `None` for the floor and the sensor.
+    pub from: Option<String>,
+    /// How many.
+    pub paths: u64,
 }
 
 /// What was asked of the trace and what it reached.
@@ -207,11 +222,17 @@ impl Table {
         self.missed = tally.missed;
         self.escaped_downward = tally.escaped_downward;
         self.hits = tally.hits;
-        self.inside = BTreeMap::new();
-        for (name, &count) in mesh_names.iter().zip(&tally.inside).filter(|(_, count)| **count > 0)
-        {
-            *self.inside.entry((*name).to_owned()).or_default() += count;
-        }
+        let name = |mesh: usize| mesh_names[mesh].to_owned();
+        self.inside = tally
+            .inside
+            .iter()
+            .map(|(&(from, solid), &paths)| Inside {
+                solid: name(solid),
+                from: from.map(name),
+                paths,
+            })
+            .collect();
+        self.inside.sort_by_key(|inside| std::cmp::Reverse(inside.paths));
         for (material, &count) in self.materials.iter_mut().zip(&tally.first_hits) {
             material.first_hits = count;
         }

@@ -1,6 +1,6 @@
 //! Counts of how often paths hit each material: what the tracer adds up.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Hits on each material, in the scene's order.
 pub type State = Box<[u16]>;
@@ -21,8 +21,9 @@ pub struct Tally {
     pub escaped_downward: u64,
     /// What the sensor sees: first hits on each material.
     pub first_hits: Vec<u64>,
-    /// Paths that were given up since they were inside a solid, by mesh; they are among the trapped.
-    pub inside: Vec<u64>,
+    /// Paths that were given up since they were inside a solid, by the mesh they had left, unless that was the
+    /// floor or the sensor, and the one they were in; they are among the trapped.
+    pub inside: BTreeMap<(Option<usize>, usize), u64>,
     /// Surfaces hit in all.
     pub hits: u64,
     current: Vec<u16>,
@@ -31,7 +32,7 @@ pub struct Tally {
 
 impl Tally {
     /// An empty tally.
-    pub fn new(materials: usize, meshes: usize) -> Self {
+    pub fn new(materials: usize) -> Self {
         Self {
             paths: 0,
             missed: 0,
@@ -39,7 +40,7 @@ impl Tally {
             trapped: HashMap::new(),
             escaped_downward: 0,
             first_hits: vec![0; materials],
-            inside: vec![0; meshes],
+            inside: BTreeMap::new(),
             hits: 0,
             current: vec![0; materials],
             current_hits: 0,
@@ -80,8 +81,8 @@ impl Tally {
     }
 
     /// Gives the path up since it is inside a solid.
-    pub(crate) fn buried(&mut self, mesh: usize) {
-        self.inside[mesh] += 1;
+    pub(crate) fn buried(&mut self, left: Option<usize>, mesh: usize) {
+        *self.inside.entry((left, mesh)).or_default() += 1;
         self.trapped();
     }
 
@@ -98,12 +99,11 @@ impl Tally {
                 count(into, state, number);
             }
         }
-        for (into, from) in
-            [(&mut self.first_hits, &other.first_hits), (&mut self.inside, &other.inside)]
-        {
-            for (sum, &number) in into.iter_mut().zip(from) {
-                *sum += number;
-            }
+        for (sum, &number) in self.first_hits.iter_mut().zip(&other.first_hits) {
+            *sum += number;
+        }
+        for (&meshes, &number) in &other.inside {
+            *self.inside.entry(meshes).or_default() += number;
         }
     }
 }

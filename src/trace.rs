@@ -1,9 +1,11 @@
 //! From a placed scene to its bounce table.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
+use crate::coverage::{self, Cover};
 use crate::error::Error;
 use crate::ingest;
 use crate::output;
@@ -72,6 +74,12 @@ fn floor_alone(tracer: &Tracer) -> Option<usize> {
     (!shared).then_some(floor.into())
 }
 
+/// What is seen of each prototype of a bed.
+pub fn coverage(tracer: &Tracer, scene: &Scene) -> BTreeMap<String, Cover> {
+    let materials: Vec<&str> = scene.materials.iter().map(|m| m.name.as_str()).collect();
+    coverage::measure(tracer, &materials, scene.seed)
+}
+
 /// Traces a scene until the widest of the bands at `wavelengths_um` has its half-width.
 ///
 /// `progress` is told how many paths are done and how many are wanted.
@@ -111,7 +119,8 @@ pub fn trace(
         missed: 0,
         escaped_downward: 0,
         hits: 0,
-        inside: std::collections::BTreeMap::new(),
+        inside: Vec::new(),
+        coverage: coverage(tracer, scene),
         escaped: Vec::new(),
         trapped: Vec::new(),
     };

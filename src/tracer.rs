@@ -33,17 +33,17 @@ pub struct Tracer {
 }
 
 /// The parallelogram from which the sensor's rays start.
-struct Footprint {
-    corner: DVec3,
-    right: DVec3,
-    up: DVec3,
+pub(crate) struct Footprint {
+    pub(crate) corner: DVec3,
+    pub(crate) right: DVec3,
+    pub(crate) up: DVec3,
 }
 
 impl Footprint {
     /// Within mirror sides the plan of the domain at its top: the bed goes on beyond it, so any part of
     /// its plan sees the same. In the open a rectangle across the line of sight that covers all of
     /// the domain's box, so that the target is seen whole from any side.
-    fn new(domain: &Domain, to_sensor: DVec3) -> Self {
+    pub(crate) fn new(domain: &Domain, to_sensor: DVec3) -> Self {
         let (min, max) = (domain.min_um, domain.max_um);
         let size = max - min;
         if domain.sides == Sides::Mirror {
@@ -71,9 +71,19 @@ impl Footprint {
 /// comes only of solids that overlap, or of a hit so near to where two touch that the lifted origin is in
 /// the other one.
 enum Event {
-    Hit { material: u16, point: DVec3, normal: DVec3 },
-    Inside { mesh: usize },
-    Sky { downward: bool },
+    /// Of no mesh if it is the floor.
+    Hit {
+        mesh: Option<usize>,
+        material: u16,
+        point: DVec3,
+        normal: DVec3,
+    },
+    Inside {
+        mesh: usize,
+    },
+    Sky {
+        downward: bool,
+    },
     Lost,
 }
 
@@ -120,7 +130,7 @@ impl Tracer {
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Tally, Error> {
         let source = Source::new(seed, purpose);
-        let empty = || Tally::new(self.bed.materials, self.bed.meshes.len());
+        let empty = || Tally::new(self.bed.materials);
         (0..paths.div_ceil(BLOCK))
             .into_par_iter()
             .map(|block| {
@@ -146,13 +156,15 @@ impl Tracer {
     fn path(&self, random: &mut Stream, tally: &mut Tally) {
         let mut origin = self.footprint.at(random.pair());
         let mut direction = -self.bed.to_sensor;
+        let mut left = None;
         tally.begin();
         loop {
             match self.next(origin, direction) {
                 Event::Sky { downward } => return tally.escaped(downward),
                 Event::Lost => return tally.trapped(),
-                Event::Inside { mesh } => return tally.buried(mesh),
-                Event::Hit { material, point, normal } => {
+                Event::Inside { mesh } => return tally.buried(left, mesh),
+                Event::Hit { mesh, material, point, normal } => {
+                    left = mesh;
                     if tally.hit(material) >= self.max_bounces {
                         return tally.trapped();
                     }
@@ -177,7 +189,7 @@ impl Tracer {
                     // The floor is above everything below it by decree: no lift is needed to stay off it.
                     let point = DVec3::new(origin.x, origin.y, z_um);
                     let normal = if direction.z < 0.0 { DVec3::Z } else { -DVec3::Z };
-                    return Event::Hit { material, point, normal };
+                    return Event::Hit { mesh: None, material, point, normal };
                 }
                 Exit::Mirror { axis, at_um } => {
                     origin[axis] = at_um;
@@ -238,6 +250,7 @@ impl Tracer {
         let normal = if behind { -outward } else { outward };
         let point = a + f64::from(v) * (b - a) + f64::from(w) * (c - a);
         Event::Hit {
+            mesh: Some(place.mesh),
             material: mesh.materials[triangle],
             point: point + self.lift_um[placement] * normal,
             normal,
@@ -254,6 +267,14 @@ impl Tracer {
     pub fn look(&self, place: [f64; 2]) -> Option<(u16, f64)> {
         match self.next(self.footprint.at(place), -self.bed.to_sensor) {
             Event::Hit { material, normal, .. } => Some((material, normal.dot(self.bed.to_sensor))),
+            Event::Sky { .. } | Event::Lost | Event::Inside { .. } => None,
+        }
+    }
+
+    /// The mesh, unless it is the floor, and the material that the sensor sees at a place of its view.
+    pub fn first(&self, place: [f64; 2]) -> Option<(Option<usize>, u16)> {
+        match self.next(self.footprint.at(place), -self.bed.to_sensor) {
+            Event::Hit { mesh, material, .. } => Some((mesh, material)),
             Event::Sky { .. } | Event::Lost | Event::Inside { .. } => None,
         }
     }

@@ -11,11 +11,12 @@ import numpy as np
 from .neighbours import near
 from .seats import frames
 from .solids import Shapes
-from .sphere import GOLDEN_ANGLE, fibonacci
+from .sphere import GOLDEN_ANGLE, cosine_and_sine, fibonacci
 
-# The dusty grain is seen from so many sides; so many points are looked at on the grain itself.
+# The dusty grain is seen from so many sides; so many points are looked at on the grain itself,
+# which gives the share of its surface to a standard error of .016.
 _DIRECTIONS = 64
-_POINTS = 2000
+_POINTS = 1000
 # The lines that meet no fine meet it after all others.
 _NEVER = np.iinfo(int).max
 
@@ -75,7 +76,7 @@ def _from_afar(grain, shapes, placed, lines):
     side, number = np.divmod(np.arange(_DIRECTIONS * lines), lines)
     away = reach * np.sqrt((number + 0.5) / lines)
     angle = GOLDEN_ANGLE * (number + lines * side)
-    flat = np.column_stack([away * np.cos(angle), away * np.sin(angle)])
+    flat = np.column_stack([away * part for part in cosine_and_sine(angle)])
     origins, directions = (turn[side, :, :2] @ flat[:, :, None])[..., 0], -turn[side, :, 2]
 
     core = Shapes([grain])
@@ -104,8 +105,10 @@ def _above_surface(grain, shapes, placed):
     outer = shapes.outer[placed.shape]
     heights = (placed.centre @ grain.normals.T - grain.offsets).max(axis=1)
     point, fine = near(points, placed.centre, (heights + outer).max())
-    away = np.cross(placed.centre[fine] - points[point], normals[point])
-    kept = (away**2).sum(axis=1) < outer[fine] ** 2
+    between = placed.centre[fine] - points[point]
+    along = np.einsum("ij,ij->i", between, normals[point])
+    squared = np.einsum("ij,ij->i", between, between) - along**2
+    kept = (squared < outer[fine] ** 2) & (along > -outer[fine])
     point, fine = point[kept], fine[kept]
     enter, leave = shapes.crossings(points[point], normals[point], placed[fine])
     above = (enter < leave) & (leave > 0)

@@ -24,6 +24,31 @@ def write_scene(path, scene, packing, prototypes, drop):
     write(path, {**scene, "geometry": {"placed": placed}})
 
 
+def write_frames(path, packing, prototypes, drop):
+    """Where the grains of the scene, in its order, were at some times of the drop."""
+    digits = (6, 6, 6, 2)  # of the turn; a hundredth of a micrometre
+    frames = [
+        {
+            "time_s": time_s,
+            "transforms": [
+                [round(x, d) for row in pose[:3].tolist() for x, d in zip(row, digits)]
+                for pose in poses
+            ],
+        }
+        for time_s, poses in drop.history
+    ]
+    names = [prototypes[p].name for p in drop.prototype_of]
+    content = {
+        "soilsig_frames": 1,
+        "tray_um": packing["tray_um"],
+        "prototypes": names,
+        "frames": frames,
+    }
+    with open(path, "w", encoding="utf-8", newline="\n") as out:
+        json.dump(content, out, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+        out.write("\n")
+
+
 def write(path, content):
     with open(path, "w", encoding="utf-8", newline="\n") as out:
         json.dump(content, out, indent=1, ensure_ascii=False, allow_nan=False)

@@ -4,6 +4,9 @@ import os
 import shutil
 from contextlib import contextmanager
 
+# Files of a bed that are likely to be wanted of only one of several.
+EXTRA = ("scene.glb", "scene.blend", "frames.json", "patch.obj")
+
 
 @contextmanager
 def whole(folder, name):

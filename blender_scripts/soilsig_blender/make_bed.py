@@ -10,13 +10,11 @@ from . import bed, export_json, export_obj, recipe
 from .attempts import settled_bed
 from .errors import BedError
 from .export_blender import BlenderBed
-from .files import whole, whole_folder
+from .files import EXTRA, whole, whole_folder
 from .progress import emit, progress
 from .prototype import build, describe, model_fines, variants
 
 OLDEST_BLENDER = (3, 4, 0)
-# Files that only one of several beds is likely to be wanted in.
-EXTRA = ("scene.glb", "scene.blend", "patch.obj")
 
 
 def make_beds(scene_path, folder, seeds, extra):
@@ -90,6 +88,7 @@ def _export(folder, scene, packing, prototypes, dropped, report, clock, extra):
         "scene.json": lambda path: export_json.write_scene(
             path, scene, packing, prototypes, dropped
         ),
+        "frames.json": lambda path: export_json.write_frames(path, packing, prototypes, dropped),
         "scene.glb": lambda path: bed_in_blender().write_glb(path),
         "scene.blend": lambda path: bed_in_blender().write_blend(path),
         "patch.obj": lambda path: export_obj.write_patch(

@@ -61,18 +61,24 @@ class Polyhedron:
         normals = self.normals @ rotation.T
         return Polyhedron(
             normals,
-            self.offsets + normals @ translation,
+            self.offsets + heights(normals, translation),
             self.vertices @ rotation.T + translation,
             self.facets,
             self.edges,
         )
 
 
+def heights(points, direction):
+    """Scalar products with one direction; `points @ direction` in some builds of numpy rounds by
+    where its arrays lie in memory."""
+    return np.einsum("ij,j->i", points, direction)
+
+
 def volume_and_centroid(vertices, triangles):
     """Of any closed surface of triangles; the volume is positive if it faces outward."""
     a, b, c = (vertices[triangles[:, i]] for i in range(3))
     sixths = np.einsum("ij,ij->i", a, np.cross(b, c))
-    return sixths.sum() / 6, sixths @ (a + b + c) / (4 * sixths.sum())
+    return sixths.sum() / 6, np.einsum("i,ij->j", sixths, a + b + c) / (4 * sixths.sum())
 
 
 def intersect(normals, offsets):

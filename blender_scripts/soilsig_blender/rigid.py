@@ -39,6 +39,7 @@ class Rest:
     frames: int
     top_speed: float  # sqrt(g d)
     mean_energy: float  # m g d
+    history: list  # poses at the start and after each frame
 
 
 class World:
@@ -133,10 +134,12 @@ class World:
         free_fall = np.sqrt(gravity * diameter)
         sinking = gravity * seconds / self.settings["substeps"] / free_fall
         poses = self._poses()
+        history = [poses]
         fell, calm = without_inertia, 0
         for frame in range(1, most + 1):
             scene.frame_set(frame)
             before, poses = poses, self._poses()
+            history.append(poses)
             moved = np.linalg.norm(poses[:, :3, 3] - before[:, :3, 3], axis=1)
             speeds = moved / seconds / free_fall
             energy = (speeds**2).mean() / 2
@@ -155,7 +158,8 @@ class World:
                 progress("drop", frame, most)
             if calm >= _REST_FRAMES or self._lost(poses):
                 break
-        return Rest(poses, calm >= _REST_FRAMES, frame, float(speeds.max()), float(energy))
+        settled = calm >= _REST_FRAMES
+        return Rest(poses, settled, frame, float(speeds.max()), float(energy), history)
 
     def _poses(self):
         return np.array([body.matrix_world for body in self.bodies])

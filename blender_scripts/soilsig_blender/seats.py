@@ -7,6 +7,7 @@ import numpy as np
 from .neighbours import ranges
 from .randomness import shuffled
 from .rows import Rows, padded
+from .sphere import cosine_and_sine
 
 # Side of a cell on a facet as a share of the fine's diameter: below 1 so that a seat lost to a
 # neighbour leaves another one close by.
@@ -38,7 +39,7 @@ def frames(normals, spins):
     side = np.cross(normals, np.eye(3)[smallest])
     side /= np.linalg.norm(side, axis=1)[:, None]
     up = np.cross(normals, side)
-    cosine, sine = np.cos(spins)[:, None], np.sin(spins)[:, None]
+    cosine, sine = (part[:, None] for part in cosine_and_sine(spins))
     return np.stack([cosine * side + sine * up, cosine * up - sine * side, normals], axis=2)
 
 

@@ -6,6 +6,7 @@ length scale once time is scaled with its square root, so only the clock differs
 real grains.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,10 @@ import numpy as np
 from . import contact
 from .errors import RecipeError
 from .randomness import shuffled, stream
+
+_FRAME_RATE = 24  # Blender's own
+_EARTH_M_S2 = 9.81
+_RECORDED = 24
 
 
 @dataclass(frozen=True)
@@ -26,6 +31,7 @@ class Drop:
     top_speed: float  # sqrt(g d)
     mean_energy: float  # m g d
     ceiling_um: float  # no grain can rise above where the highest one started
+    history: list  # (seconds since the release, (N, 4, 4) micrometres)
 
 
 def drop(prototypes, packing) -> Drop:
@@ -54,10 +60,11 @@ def drop(prototypes, packing) -> Drop:
     bed = (tray, height, unit_um, settings)
     fall = contact.drop_meshes if settings["collision"] == "mesh" else contact.drop_hulls
     rest = fall(prototypes, prototype_of, poses, *bed)
-    frames = rest.frames
+    frames, history = rest.frames, rest.history
     if rest.settled and settings["collision"] == "hull_then_fines":
         rest = contact.sink_into_contact(prototypes, prototype_of, rest.poses, *bed)
         frames += rest.frames
+        history = history + rest.history[1:]
     poses = rest.poses.copy()
     poses[:, :3, 3] *= unit_um
     return Drop(
@@ -68,7 +75,21 @@ def drop(prototypes, packing) -> Drop:
         rest.top_speed,
         rest.mean_energy,
         float(ceiling_um),
+        _recorded(history, unit_um, settings["gravity"]),
     )
+
+
+def _recorded(history, unit_um, gravity):
+    """Some frames for pictures, evenly in the root of time: most of them while the grains fall."""
+    seconds = 1 / _FRAME_RATE * np.sqrt(gravity * unit_um * 1e-6 / _EARTH_M_S2)
+    last = len(history) - 1
+    chosen = np.round(np.linspace(0, 1, _RECORDED) ** 2 * last).astype(int)
+    record = []
+    for frame in np.unique(chosen).tolist():
+        poses = history[frame].copy()
+        poses[:, :3, 3] *= unit_um
+        record.append((frame * seconds, poses))
+    return record
 
 
 def _which(packing, rng):
@@ -108,10 +129,10 @@ def _random_turn(rng):
     """A rotation drawn evenly from all rotations."""
     a, b, c = rng.random(3)
     w, x, y, z = (
-        np.sqrt(1 - a) * np.sin(2 * np.pi * b),
-        np.sqrt(1 - a) * np.cos(2 * np.pi * b),
-        np.sqrt(a) * np.sin(2 * np.pi * c),
-        np.sqrt(a) * np.cos(2 * np.pi * c),
+        np.sqrt(1 - a) * math.sin(2 * math.pi * b),
+        np.sqrt(1 - a) * math.cos(2 * math.pi * b),
+        np.sqrt(a) * math.sin(2 * math.pi * c),
+        np.sqrt(a) * math.cos(2 * math.pi * c),
     )
     return np.array(
         [

@@ -7,20 +7,21 @@ through the point of the blow. Few fractures make a body angular, wear of its ar
 
 The wanted descriptors are those of crushed and little-travelled quartz:
 
-- Quartz of sand size is slightly elongated, L/S 1 to 2.5 and 1.5 on average (Wayland, Am. Mineral.
-  24, 88, 1939); it grows flatter with decreasing size, most so below 100 um (Krinsley and Smalley,
-  Science 180, 1277, 1973).
-- Crushed sands are the least round of all sands (Zheng and Hryciw, J. Comput. Civ. Eng. 30,
-  04016021, 2016); most sand has a roundness of .3 to .4 (Folk, Petrology of Sedimentary Rocks,
-  1980). Asked are "angular" fines and "angular" to "subangular" grains (Powers, J. Sediment.
-  Petrol. 23, 117, 1953).
-- The sphericity is that of convex bodies of this form and roundness; that of sand measured in three
-  dimensions is .85 (Minerals 12, 581, 2022) and less for angular grains.
+- Form: quartz grains of sediments have sphericities of .5 to 1, .75 on average, by their three
+  diameters (Geol. Soc. Am. Bull. 66, 1075, 1955); (I S / L^2)^(1/3) is .70 to .83 here. They grow
+  flatter with decreasing size, below 100 um above all (Krinsley and Smalley, Science 180, 1277,
+  1973).
+- Roundness: most sand has .3 to .4 (Folk, Petrology of Sedimentary Rocks, 1980), crushed sands the
+  least of all (Zheng and Hryciw, J. Comput. Civ. Eng., doi 10.1061/(ASCE)CP.1943-5487.0000578,
+  2016). Asked are Powers' "angular" (.17 to .25) and the lower half of "subangular" (.25 to .35).
+- Sphericity: what convex bodies of this form and roundness have. Measured in three dimensions that
+  of wind-blown sand is .85 (Minerals 12, 581, 2022).
 
 Every body is convex, so its convexity (volume over that of its hull) is 1. Outlines of sand have .9
 to .98 (Altuhafi and others, J. Geotech. Geoenviron. Eng. 139, 1290, 2013): hollows are left out.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +30,7 @@ from . import mesh_checks
 from .descriptors import elongation_and_flatness, feret_axes, roundness, sphericity
 from .errors import BedError
 from .polyhedron import Polyhedron, intersect
+from .sphere import fibonacci
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,7 @@ class Shape:
 
 
 SHAPES = {
-    "fine_35": Shape(35, 0.72, 0.66, 0.79, 0.22, 8, 1, 0.0),
+    "fine_35": Shape(35, 0.72, 0.66, 0.79, 0.23, 8, 1, 0.0),
     "fine_60": Shape(60, 0.74, 0.70, 0.80, 0.22, 8, 1, 0.0),
     "grain_500": Shape(500, 0.76, 0.76, 0.83, 0.24, 8, 2, 0.0),
     "grain_640": Shape(640, 0.78, 0.80, 0.87, 0.27, 9, 2, 0.05),
@@ -66,8 +68,8 @@ _ATTEMPTS = 100
 _SCATTER = 0.28
 _IRREGULARITY = 0.2
 # The blow falls this far from the middle of the fracture (as a share of the distance from the
-# centre). A rib's hinge leaves it at this angle from the line to the middle; the rib turns by that
-# angle (radians).
+# centre). A rib's hinge leaves it this far (slope) from the line to the middle; the rib falls off
+# by that slope.
 _BLOW = (0.45, 0.75)
 _SPREAD = (0.2, 0.5)
 _TURN = (0.05, 0.10)
@@ -98,20 +100,20 @@ def model(shape, diameter, rng) -> Polyhedron:
 
 
 def measure(body):
-    """The descriptors of a body, by the names of what is asked."""
+    """The descriptors of a body, by the names of what is asked, to six decimals."""
     elongation, flatness = elongation_and_flatness(body.vertices)
     return {
-        "elongation": elongation,
-        "flatness": flatness,
-        "sphericity": sphericity(body),
-        "roundness": roundness(body),
+        "elongation": round(elongation, 6),
+        "flatness": round(flatness, 6),
+        "sphericity": round(sphericity(body), 6),
+        "roundness": round(roundness(body), 6),
     }
 
 
 def _fractures(shape, rng):
     """Planes of the fans: normals and distances from the centre."""
     count = shape.fractures
-    normals = _fibonacci(count) + _SCATTER * (2 * rng.random((count, 3)) - 1)
+    normals = fibonacci(count) + _SCATTER * (2 * rng.random((count, 3)) - 1)
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     distances = 1 + _IRREGULARITY * (2 * rng.random(count) - 1)
     along = np.cross(normals, 2 * rng.random((count, 3)) - 1)  # from the blow to the middle
@@ -121,19 +123,13 @@ def _fractures(shape, rng):
     planes = [normals]
     for side in (1, -1)[: shape.ribs]:
         spread, turn = _between(_SPREAD, rng, count), _between(_TURN, rng, count)
-        across = side * np.cos(spread) * aside - np.sin(spread) * along
-        rib = np.cos(turn) * normals + np.sin(turn) * across
+        across = side * aside - spread * along
+        across /= np.linalg.norm(across, axis=1)[:, None]
+        rib = normals + turn * across
+        rib /= np.linalg.norm(rib, axis=1)[:, None]
         planes.append(rib)
         distances = np.concatenate([distances, np.einsum("ij,ij->i", rib, blow)])
     return np.vstack(planes), distances
-
-
-def _fibonacci(count):
-    """Directions spread evenly over the sphere."""
-    height = 1 - (2 * np.arange(count) + 1) / count
-    turn = np.pi * (3 - np.sqrt(5)) * np.arange(count)
-    ring = np.sqrt(1 - height**2)
-    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), height])
 
 
 def _between(limits, rng, count):
@@ -165,7 +161,7 @@ def _with_worn_arrises(body, radius):
     cosine = length / 2  # of half the angle between the two normals
     depth = radius * (1 / cosine - 1)
     offsets = np.einsum("ij,ij->i", bisector, body.vertices[vertex]) - depth
-    worn = cosine < np.cos(_ARRIS / 2)
+    worn = cosine < math.cos(_ARRIS / 2)
     return intersect(
         np.vstack([body.normals, bisector[worn]]), np.concatenate([body.offsets, offsets[worn]])
     )

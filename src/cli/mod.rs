@@ -2,6 +2,7 @@
 
 mod completions;
 mod doctor;
+mod grains;
 mod pipeline;
 mod replay;
 mod schema;
@@ -37,6 +38,7 @@ enum Command {
     Trace(trace::Args),
     Signature(signature::Args),
     Replay(replay::Args),
+    Grains(grains::Args),
     Doctor(doctor::Args),
     Schema(schema::Args),
     Completions(completions::Args),
@@ -127,6 +129,7 @@ pub fn run() -> ExitCode {
         Command::Trace(args) => trace::run(args),
         Command::Signature(args) => signature::run(args).map(|()| None),
         Command::Replay(args) => replay::run(args),
+        Command::Grains(args) => grains::run(args, &cache).map(|()| None),
         Command::Doctor(args) => doctor::run(args, cache.root()).map(|()| None),
         Command::Schema(args) => schema::run(args).map(|()| None),
         Command::Completions(args) => completions::run(args).map(|()| None),

@@ -12,8 +12,10 @@
 //! | pens, and the names of the curves | `legend` |
 //! | places for labels beside a curve | `label` |
 //! | the emissivity chart and its curves | `emissivity`, `curve` |
+//! | bodies from three sides | `bodies` |
 
 mod axis;
+mod bodies;
 mod curve;
 mod emissivity;
 mod label;
@@ -21,6 +23,7 @@ mod legend;
 mod raster;
 mod svg;
 
+pub use bodies::{Row, Solid, bodies_svg};
 pub use curve::Curve;
 pub use emissivity::{Chart, emissivity_svg};
 pub use raster::png;

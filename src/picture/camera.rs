@@ -1,0 +1,57 @@
+//! Parallel projections.
+
+use glam::{DAffine3, DMat3, DVec3};
+
+/// Parallel rays through a parallelogram, which becomes a picture.
+#[derive(Debug, Clone)]
+pub(crate) struct Camera {
+    /// Lower left corner of the picture in the scene, um.
+    pub corner: DVec3,
+    /// From there to the lower right corner, um.
+    pub right: DVec3,
+    /// From there to the upper left corner, um.
+    pub up: DVec3,
+    /// Unit vector from the scene to the eye.
+    pub to_eye: DVec3,
+}
+
+impl Camera {
+    /// A view across the line of sight that just holds some points. Up is up, or north from straight above.
+    pub fn around(points: impl Iterator<Item = DVec3>, to_eye: DVec3) -> Self {
+        let level = DVec3::Z.cross(to_eye);
+        let right = if level.length() > 1e-9 { level.normalize() } else { DVec3::X };
+        let up = to_eye.cross(right);
+        let axes = DMat3::from_cols(right, up, to_eye);
+        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for point in points {
+            let p = axes.transpose() * point;
+            (min, max) = (min.min(p), max.max(p));
+        }
+        let corner = axes * DVec3::new(min.x, min.y, max.z);
+        Self { corner, right: (max.x - min.x) * right, up: (max.y - min.y) * up, to_eye }
+    }
+
+    /// The same view with a margin on all sides, um.
+    pub fn widened(mut self, margin_um: f64) -> Self {
+        let (right, up) = (self.right.normalize() * margin_um, self.up.normalize() * margin_um);
+        self.corner -= right + up;
+        self.right += 2.0 * right;
+        self.up += 2.0 * up;
+        self
+    }
+
+    /// Width and height, um.
+    pub fn size_um(&self) -> [f64; 2] {
+        [self.right.length(), self.up.length()]
+    }
+
+    /// From the scene to a picture of so many pixels: x to the right, y downwards, and the distance along
+    /// the line of sight, um.
+    pub fn to_pixels(&self, width: usize, height: usize) -> DAffine3 {
+        let axes = DMat3::from_cols(self.right, self.up, -self.to_eye).inverse();
+        let (w, h) = (width as f64, height as f64);
+        let scale = DMat3::from_diagonal(DVec3::new(w, -h, 1.0));
+        let translation = scale * (axes * -self.corner) + DVec3::new(0.0, h, 0.0);
+        DAffine3 { matrix3: scale * axes, translation }
+    }
+}
