@@ -76,7 +76,7 @@ impl Order<'_> {
                         missing.iter().copied().skip(first).step_by(blenders).collect();
                     let (inputs, done, total) = (&inputs, &done, missing.len() as u64);
                     scope.spawn(move || {
-                        let on_event = |event: &Event| self.tell(event, done, total, step);
+                        let on_event = |event: &Event| tell(event, done, total, step);
                         self.make(&lot, inputs, cache, &log(lot[0]), &on_event)
                     })
                 })
@@ -159,20 +159,21 @@ impl Order<'_> {
         finished?;
         Ok(())
     }
+}
 
-    fn tell(&self, event: &Event, done: &AtomicU64, total: u64, step: &Step) {
-        match event {
-            Event::Progress { stage, .. } if stage == "bed" => {
-                let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-                if total > 1 {
-                    step.at(done, total, "packings");
-                }
+/// Shows how a Blender gets on: a single packing by its stages, several by how many are done.
+fn tell(event: &Event, done: &AtomicU64, total: u64, step: &Step) {
+    match event {
+        Event::Progress { stage, .. } if stage == "bed" => {
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            if total > 1 {
+                step.at(done, total, "packings");
             }
-            Event::Progress { stage, done, total: steps } if total == 1 => {
-                step.at(*done, *steps, stage);
-            }
-            Event::Warning { message } => step.say(&format!("warning: {message}")),
-            _ => {}
         }
+        Event::Progress { stage, done, total: steps } if total == 1 => {
+            step.at(*done, *steps, stage);
+        }
+        Event::Warning { message } => step.say(&format!("warning: {message}")),
+        _ => {}
     }
 }

@@ -7,7 +7,7 @@ use crate::scene::{Cover, Fines, Packing, Scene, SceneGeometry};
 
 /// The share of the grains' silhouettes that is fines in each shipped scene, mean over classes, as the drop
 /// reports it.
-const SHARES: [(&str, f64); 4] = [("full", 0.92), ("less", 0.82), ("sparse", 0.72), ("bare", 0.0)];
+const SHARES: [(&str, f64); 4] = [("full", 0.92), ("less", 0.75), ("sparse", 0.63), ("bare", 0.0)];
 
 /// The scene whose grains have this share, 0 to 1, of their silhouettes covered with fines: the shipped scene
 /// of the nearest share, so that the tray suits the bulk of its grains, with the fines of the dusted ones. 0 is

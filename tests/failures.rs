@@ -19,7 +19,8 @@ struct Outcome {
 /// Drops a few grains with few fines.
 fn drop(blender: &Path, settings: &Value, grains: u32, tray_um: f64) -> Outcome {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let mut scene: Value = serde_json::from_str(include_str!("../scenes/small.json")).expect("JSON");
+    let mut scene: Value =
+        serde_json::from_str(include_str!("../scenes/small.json")).expect("JSON");
     let packing = &mut scene["geometry"]["packing"];
     let mut class = packing["grains"][0].clone();
     class["count"] = json!(grains);
@@ -85,7 +86,9 @@ fn a_drop_that_does_not_settle_twice_is_refused_with_both_reasons() {
         let outcome = drop(&blender, &json!({"max_frames": 5}), 4, 1600.0);
         assert_eq!(outcome.status, 16, "{}", outcome.said);
         assert!(outcome.report.is_none());
-        for words in ["refused", "after 5 frames", "after 10 frames", "max_frames 10", "substeps 12"] {
+        for words in
+            ["refused", "after 5 frames", "after 10 frames", "max_frames 10", "substeps 12"]
+        {
             assert!(outcome.said.contains(words), "{words}: {}", outcome.said);
         }
     }

@@ -17,9 +17,9 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::error::Error;
+use crate::geometry::Bed;
 use crate::output;
 use crate::tracer::Footprint;
-use crate::geometry::Bed;
 use camera::Camera;
 use light::Lights;
 use stage::Stage;
@@ -62,11 +62,18 @@ pub fn write(bed: &Bed, path: &Path) -> Result<(), Error> {
         }
         left[piece.pixel] -= piece.share;
     }
-    let bytes: Vec<u8> = rgb.iter().zip(&left).flat_map(|(p, &l)| {
-        let mut q = [0u8; 3];
-        for c in 0..3 { q[c] = (255.0 * (p[c] + l.max(0.0) * BACKGROUND[c].powf(2.2)).powf(1.0 / 2.2)).round() as u8 }
-        q
-    }).collect();
+    let bytes: Vec<u8> = rgb
+        .iter()
+        .zip(&left)
+        .flat_map(|(p, &l)| {
+            let mut q = [0u8; 3];
+            for c in 0..3 {
+                q[c] = (255.0 * (p[c] + l.max(0.0) * BACKGROUND[c].powf(2.2)).powf(1.0 / 2.2))
+                    .round() as u8
+            }
+            q
+        })
+        .collect();
     eprintln!("shade {:?}", t.elapsed());
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, size[0] as u32, size[1] as u32);

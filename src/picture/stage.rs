@@ -44,11 +44,7 @@ pub(crate) struct Piece {
 
 impl<'a> Stage<'a> {
     /// Meshes in their places over a floor.
-    pub fn new(
-        meshes: &'a [Mesh],
-        placements: &[Placement],
-        floor: Option<(f64, u16)>,
-    ) -> Self {
+    pub fn new(meshes: &'a [Mesh], placements: &[Placement], floor: Option<(f64, u16)>) -> Self {
         let radii = radii(meshes);
         let bodies = placements.iter().map(|p| body(meshes, &radii, p)).collect();
         Self { images: vec![Image { bodies, within: None, nearest_um: 0.0 }], floor }
@@ -78,8 +74,8 @@ impl<'a> Stage<'a> {
                     let number = cell[axis] as f64;
                     let turned = cell[axis] % 2 != 0;
                     mirror.matrix3.col_mut(axis)[axis] = if turned { -1.0 } else { 1.0 };
-                    mirror.translation[axis] = number * size[axis]
-                        + if turned { min[axis] + max[axis] } else { 0.0 };
+                    mirror.translation[axis] =
+                        number * size[axis] + if turned { min[axis] + max[axis] } else { 0.0 };
                     let on_the_way = (number.abs() - 1.0).max(0.0) * size[axis];
                     if on_the_way > 0.0 {
                         nearest_um = nearest_um.max(on_the_way / bed.to_sensor[axis].abs());
@@ -134,7 +130,8 @@ impl<'a> Stage<'a> {
         let to_scene = to_rays.inverse();
         let mut first = 0;
         for image in &self.images {
-            if image.nearest_um > 0.0 && seen.iter().all(|s| f64::from(s.depth) < image.nearest_um) {
+            if image.nearest_um > 0.0 && seen.iter().all(|s| f64::from(s.depth) < image.nearest_um)
+            {
                 break;
             }
             for (number, body) in image.bodies.iter().enumerate() {
@@ -191,7 +188,10 @@ impl<'a> Stage<'a> {
                         continue;
                     }
                     let place = ray(at, window).extend(f64::from(this.depth));
-                    match met.iter_mut().find(|(s, ..)| (s.of, s.triangle) == (this.of, this.triangle)) {
+                    match met
+                        .iter_mut()
+                        .find(|(s, ..)| (s.of, s.triangle) == (this.of, this.triangle))
+                    {
                         Some((_, sum, rays)) => (*sum, *rays) = (*sum + place, *rays + 1.0),
                         None => met.push((this, place, 1.0)),
                     }
@@ -207,7 +207,13 @@ impl<'a> Stage<'a> {
                     let Body { mesh, to_scene: place, .. } = bodies[of as usize];
                     let towards = to_rays.inverse().matrix3.z_axis;
                     let normal = normal(mesh, triangle as usize, &place.matrix3, towards).as_vec3();
-                    Piece { pixel, share, point, normal, material: mesh.materials[triangle as usize] }
+                    Piece {
+                        pixel,
+                        share,
+                        point,
+                        normal,
+                        material: mesh.materials[triangle as usize],
+                    }
                 }));
             }
         }

@@ -52,7 +52,8 @@ impl Body<'_> {
         }
         let front = if map.matrix3.determinant() < 0.0 { 1.0 } else { -1.0 };
         // Relative to the window's first row, so that rows are counted from 0.
-        let mut local = Affine3A::from_mat3_translation(map.matrix3.as_mat3(), map.translation.as_vec3());
+        let mut local =
+            Affine3A::from_mat3_translation(map.matrix3.as_mat3(), map.translation.as_vec3());
         local.translation.y = (map.translation.y - window.rows.start as f64) as f32;
         scratch.clear();
         scratch.extend(self.mesh.vertices.iter().map(|&v| local.transform_point3a(v.into())));
