@@ -64,6 +64,14 @@ pub fn quantile_95(packings: usize) -> f64 {
     t.inverse_cdf(0.975)
 }
 
+/// Half-width of the 95 % interval of the mean of one number of each packing; `None` of fewer than two.
+pub fn half_width(of_each: &[f64]) -> Option<f64> {
+    let n = of_each.len() as f64;
+    let mean = of_each.iter().sum::<f64>() / n;
+    let squares: f64 = of_each.iter().map(|value| (value - mean).powi(2)).sum();
+    (of_each.len() > 1).then(|| quantile_95(of_each.len()) * (squares / (n - 1.0) / n).sqrt())
+}
+
 /// How many packings of that spread it takes to get to a half-width; `None` if it is more than a million.
 pub fn wanted(spread: f64, half_width: f64) -> Option<usize> {
     let enough = |n: usize| quantile_95(n) * spread <= half_width * (n as f64).sqrt();

@@ -131,6 +131,19 @@ pub struct Reached {
     pub floor_effect: Option<f64>,
     /// The curve's extrema and means.
     pub features: Features,
+    /// How sure its means and its contrast are, by the spread between packings; `None` of a single packing.
+    pub features_half_width: Option<FeatureErrors>,
+}
+
+/// Half-widths of the 95 % intervals of numbers that many bands make, which err together.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FeatureErrors {
+    /// Of the contrast of the reststrahlen doublet.
+    pub reststrahlen_contrast: Option<f64>,
+    /// Of the mean emissivity over 8 to 9.5 um.
+    pub mean_8_to_9p5_um: Option<f64>,
+    /// Of the mean emissivity over 10 to 12 um.
+    pub mean_10_to_12_um: Option<f64>,
 }
 
 impl Record {

@@ -8,12 +8,12 @@ use rayon::prelude::*;
 
 use crate::coverage::{self, Cover};
 use crate::error::Error;
-use crate::features::features;
+use crate::features::{Features, features};
 use crate::output;
-use crate::packings::{Estimate, wanted};
+use crate::packings::{Estimate, half_width, wanted};
 use crate::plot::{self, Chart, Curve};
-use crate::record::{Reached, Record};
-use crate::signature::{Band, reflectances};
+use crate::record::{FeatureErrors, Reached, Record};
+use crate::signature::{Band, evaluate, reflectances};
 use crate::spectrum::Spectrum;
 use crate::table::Table;
 
@@ -70,7 +70,31 @@ pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
         inside: share(&|table| table.inside.iter().map(|inside| inside.paths).sum()),
         floor_effect: floor_effect(packings, bands),
         features: features(&wavelengths, &emissivity),
+        features_half_width: feature_errors(packings, &wavelengths),
     }
+}
+
+/// Features of each packing alone, and how far they spread.
+fn feature_errors(packings: &[Table], wavelengths_um: &[f64]) -> Option<FeatureErrors> {
+    if packings.len() < 2 {
+        return None;
+    }
+    let of_each: Vec<Features> = packings
+        .iter()
+        .map(|packing| {
+            let bands = evaluate(std::slice::from_ref(packing), wavelengths_um).ok()?;
+            let curve: Vec<f64> = bands.iter().map(|band| band.emissivity.emissivity).collect();
+            Some(features(wavelengths_um, &curve))
+        })
+        .collect::<Option<_>>()?;
+    let error = |of: &dyn Fn(&Features) -> Option<f64>| {
+        half_width(&of_each.iter().map(of).collect::<Option<Vec<f64>>>()?)
+    };
+    Some(FeatureErrors {
+        reststrahlen_contrast: error(&|f| f.reststrahlen.map(|doublet| doublet.contrast)),
+        mean_8_to_9p5_um: error(&|f| f.mean_8_to_9p5_um),
+        mean_10_to_12_um: error(&|f| f.mean_10_to_12_um),
+    })
 }
 
 /// Most that any band changes between a black and a white floor: what is left of the tray in the
@@ -200,21 +224,43 @@ pub fn reached_words(r: &Reached) -> String {
     let seen: Vec<String> =
         r.seen_first.iter().map(|(name, share)| format!("{name} {:.1} %", 100.0 * share)).collect();
     let _ = writeln!(text, "  seen from above: {}", seen.join(", "));
-    for line in coverage_words(&r.coverage) {
+    if let Some(line) = coverage_words(&r.coverage) {
         let _ = writeln!(text, "  {line}");
     }
     if let Some(d) = r.features.reststrahlen {
         let _ = writeln!(
             text,
-            "  reststrahlen: troughs {:.3} at {} um and {:.3} at {} um, peak {:.3} at {} um, contrast {:.3}",
+            "  reststrahlen: troughs {:.3} at {} um and {:.3} at {} um, peak {:.3} at {} um, contrast {:.3}{}",
             d.short_trough.emissivity,
             d.short_trough.wavelength_um,
             d.long_trough.emissivity,
             d.long_trough.wavelength_um,
             d.peak.emissivity,
             d.peak.wavelength_um,
-            d.contrast
+            d.contrast,
+            plus_minus(r.features_half_width.and_then(|e| e.reststrahlen_contrast))
         );
+    }
+    let means = [
+        (
+            "8-9.5 um",
+            r.features.mean_8_to_9p5_um,
+            r.features_half_width.and_then(|e| e.mean_8_to_9p5_um),
+        ),
+        (
+            "10-12 um",
+            r.features.mean_10_to_12_um,
+            r.features_half_width.and_then(|e| e.mean_10_to_12_um),
+        ),
+    ];
+    let means: Vec<String> = means
+        .into_iter()
+        .filter_map(|(window, mean, error)| {
+            Some(format!("{:.4}{} over {window}", mean?, plus_minus(error)))
+        })
+        .collect();
+    if !means.is_empty() {
+        let _ = writeln!(text, "  mean emissivity: {}", means.join(", "));
     }
     if let Some(effect) = r.floor_effect {
         let _ = writeln!(
@@ -261,24 +307,22 @@ pub fn reached_words(r: &Reached) -> String {
     text
 }
 
-/// Most prototypes that are told of one by one.
-const PROTOTYPES_TOLD: usize = 12;
+fn plus_minus(half_width: Option<f64>) -> String {
+    half_width.map_or(String::new(), |half_width| format!(" +- {half_width:.4}"))
+}
 
-/// Silhouettes of more than one material, such as those of dusty grains, a line each.
-fn coverage_words(coverage: &BTreeMap<String, Cover>) -> Vec<String> {
-    let mixed = coverage.iter().filter(|(_, cover)| cover.silhouette.len() > 1);
-    let percent = |shares: &BTreeMap<String, f64>| {
-        let each = shares.iter().map(|(name, share)| format!("{name} {:.1} %", 100.0 * share));
-        each.collect::<Vec<_>>().join(", ")
-    };
-    mixed
-        .take(PROTOTYPES_TOLD)
-        .map(|(name, cover)| {
-            format!(
-                "{name} from all sides: {}; from above {:.1} % of what is seen",
-                percent(&cover.silhouette),
-                100.0 * cover.view.values().sum::<f64>()
-            )
-        })
-        .collect()
+/// Silhouettes of more than one material, such as those of dusty grains: from the least share to the greatest.
+fn coverage_words(coverage: &BTreeMap<String, Cover>) -> Option<String> {
+    let mixed = || coverage.values().filter(|cover| cover.silhouette.len() > 1);
+    let mut range: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
+    for (material, &share) in mixed().flat_map(|cover| &cover.silhouette) {
+        let (least, most) = range.entry(material).or_insert((share, share));
+        (*least, *most) = (least.min(share), most.max(share));
+    }
+    let ranges: Vec<String> = range
+        .into_iter()
+        .map(|(name, (least, most))| format!("{name} {:.0}-{:.0} %", 100.0 * least, 100.0 * most))
+        .collect();
+    (!ranges.is_empty())
+        .then(|| format!("silhouettes of dusty grains, all sides: {}", ranges.join(", ")))
 }
