@@ -15,6 +15,7 @@
 //! | the mean over packings and its error | [`packings`] |
 //! | emissivity and radiance of the bed (Eq. 1 to 3) | [`signature`], [`radiance`] |
 //! | charts and pictures | [`plot`], [`picture`] |
+//! | what a result says of itself, in numbers and in words | [`report`], [`words`] |
 //! | what was done, and doing it again | [`record`], [`cache`] |
 //!
 //! Lengths are micrometres inside the library, temperatures kelvin, radiance
@@ -53,3 +54,4 @@ pub mod table;
 pub mod tally;
 pub mod trace;
 pub mod tracer;
+pub mod words;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use soilsig::cache::Cache;
 use soilsig::error::Status;
 use soilsig::pipeline::{self, Options, Source};
-use soilsig::report;
+use soilsig::words;
 
 use super::{Bands, Enough, Outcome, command_line, print, utf8_path};
 
@@ -95,7 +95,7 @@ pub fn run(args: &Args, cache: &Cache) -> Outcome {
     if args.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&record).expect("plain data")))?;
     } else {
-        print(&report::words(&record, &out))?;
+        print(&words::record(&record, &out))?;
     }
     Ok((!record.tolerance_reached()).then_some(Status::ToleranceNotReached))
 }

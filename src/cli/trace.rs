@@ -6,7 +6,7 @@ use soilsig::error::Status;
 use soilsig::progress::Step;
 use soilsig::scene::Scene;
 use soilsig::stop::Target;
-use soilsig::{output, report, signature, trace};
+use soilsig::{output, report, signature, trace, words};
 
 use super::{Bands, Enough, Outcome, print};
 
@@ -54,7 +54,7 @@ pub fn run(args: &Args) -> Outcome {
     if args.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&reached).expect("plain data")))?;
     } else {
-        print(&format!("{}: {}", scene.name, report::reached_words(&reached)))?;
+        print(&format!("{}: {}", scene.name, words::reached(&reached)))?;
     }
     Ok((!reached_all).then_some(Status::ToleranceNotReached))
 }
