@@ -86,7 +86,7 @@ def _overlaps(prototypes, drop):
     reach = CONTACT_SHARE * mean_diameter_um(prototypes, drop)
     pieces = [Pieces.of(prototype) for prototype in prototypes]
     pairs = _close_pairs(prototypes, drop, reach)
-    contacts = overlapping = 0
+    contacts = overlapping = deep = 0
     deepest = 0.0
     gaps = []
     for done, (a, b) in enumerate(pairs):
@@ -98,6 +98,7 @@ def _overlaps(prototypes, drop):
             gaps.append(max(gap, 0.0))
         if gap < 0:
             overlapping += 1
+            deep += gap < -1
             deepest = max(deepest, -gap)
         if done % 50 == 0:
             progress("check", done, len(pairs))
@@ -107,6 +108,7 @@ def _overlaps(prototypes, drop):
         "contact_reach_um": reach,
         "median_gap_um": float(np.median(gaps)) if gaps else None,
         "overlapping": overlapping,
+        "deeper_than_1_um": int(deep),
         "max_depth_um": float(deepest),
     }
 

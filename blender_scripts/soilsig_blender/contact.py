@@ -43,16 +43,17 @@ def sink_into_contact(prototypes, prototype_of, poses, tray, height, unit_um, se
     """From the rest of the hulls, without inertia, until fines rest on fines."""
     settings = {**settings, "substeps": math.ceil(settings["substeps"] * _STEPS_SHARE)}
     dusty = _Dusty(prototypes, prototype_of, tray, unit_um, _NEAR * settings["scale"])
-    frames = 0
+    frames, history = 0, [poses]
     for _ in range(_ROUNDS):
         parts = dusty.near(poses, 1.0)
         rest = _sink(dusty, parts, poses, height, settings)
         frames += rest.frames
+        history += rest.history[1:]
         poses = rest.poses
         closer = dusty.near(poses, _CLOSER) if rest.settled else parts
         if all(np.isin(new, old).all() for new, old in zip(closer, parts)):
             break
-    return replace(rest, frames=frames)
+    return replace(rest, frames=frames, history=history)
 
 
 def _sink(dusty, parts, poses, height, settings):

@@ -50,7 +50,7 @@ def bare(prototype):
 def dropped(*middles, settled=True):
     poses = np.tile(np.eye(4), (len(middles), 1, 1))
     poses[:, :3, 3] = middles
-    return Drop(np.zeros(len(middles), int), poses, settled, 70, 0.01, 1e-5, 900.0)
+    return Drop(np.zeros(len(middles), int), poses, settled, 70, 0.01, 1e-5, 900.0, [])
 
 
 class Checks(unittest.TestCase):
@@ -94,6 +94,7 @@ class Checks(unittest.TestCase):
     def test_overlap_to_the_limit_passes_and_beyond_it_is_refused(self):
         found = self.found(dropped((500, 500, 50), (598.1, 500, 50)))
         self.assertAlmostEqual(found["max_depth_um"], 1.9)
+        self.assertEqual((found["overlapping"], found["deeper_than_1_um"]), (1, 1))
         error = self.refusal(dropped((500, 500, 50), (597, 500, 50)))
         self.assertEqual(error.kind, "overlap")
         self.assertIn("3.0 um", str(error))
