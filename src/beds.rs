@@ -30,7 +30,7 @@ pub struct Order<'a> {
     pub packing: &'a Packing,
     /// A seed for each packing.
     pub seeds: &'a [u64],
-    /// Files that only the first packing has: `scene.glb`, `scene.blend`, `frames.json`, `patch.obj`.
+    /// Further files, of the first packing alone: `scene.glb`, `scene.blend`, `frames.json`, `patch.obj`.
     pub of_first: &'a [&'a str],
     /// Longest that a Blender may take.
     pub time_limit: Duration,

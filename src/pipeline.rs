@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 use std::time::Duration;
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -256,16 +257,20 @@ impl Run<'_> {
         }
         let packings = 0..self.options.packings;
         let seeds: Vec<u64> = packings.map(|i| random::seed_of(packing.seed, i)).collect();
-        let mut of_first = vec!["scene.glb", "scene.blend", "frames.json"];
+        // For other programs, of one bed: of several, that of the first seed alone has them.
+        let mut extra = Vec::new();
+        if self.options.packings == 1 {
+            extra.extend(["scene.glb", "scene.blend", "frames.json"]);
+        }
         if self.options.patch_obj {
-            of_first.push("patch.obj");
+            extra.push("patch.obj");
         }
         let order = Order {
             blender: &blender,
             scene,
             packing,
             seeds: &seeds,
-            of_first: &of_first,
+            of_first: &extra,
             time_limit: Duration::from_secs(self.options.blender_timeout_s),
         };
         let log = |i: usize| self.place(&self.of_packing(i, "blender.log"));
@@ -338,32 +343,39 @@ impl Run<'_> {
             n => (self.options.tolerance * (n as f64).sqrt() / 2.0).min(0.5),
         };
         let target = Target { tolerance, max_paths: self.options.max_paths };
-        let (mut tables, mut cached) = (Vec::new(), true);
-        let number = beds.len();
-        for (i, bed) in beds.iter_mut().enumerate() {
-            let sum = trace::scene_sha256(&bed.scene, &bed.path)?;
-            let spectra = trace::materials(&bed.scene, &bed.path)?;
-            let grid = &self.options.grid;
-            let made_from = (program(), &sum, bed.scene.seed, &spectra, grid, &target);
-            let what = if number == 1 { "paths".into() } else { format!("packing {}", i + 1) };
-            let made = self.cache.stage("trace", &made_from, |folder| {
-                let tracer = ready(&mut bed.tracer, &bed.scene, &bed.path)?;
-                let on = |done, of| step.at(done, of, &what);
-                let table =
-                    trace::trace(tracer, &bed.scene, &bed.path, wavelengths_um, target, &on)?;
-                Ok(table.write(&folder.join("table.json"))?)
-            })?;
-            if i > 0 {
-                // Only the first is looked at again, for its picture.
-                bed.tracer = None;
-            }
-            cached &= made.cached;
-            self.begin_to_write()?;
+        let (cache, grid, number) = (self.cache, &self.options.grid, beds.len());
+        // Side by side, since much of reading a bed is the work of one thread.
+        let made: Vec<Made> = beds
+            .par_iter_mut()
+            .enumerate()
+            .map(|(i, bed)| {
+                let sum = trace::scene_sha256(&bed.scene, &bed.path)?;
+                let spectra = trace::materials(&bed.scene, &bed.path)?;
+                let made_from = (program(), &sum, bed.scene.seed, &spectra, grid, &target);
+                let what = if number == 1 { "paths".into() } else { format!("packing {}", i + 1) };
+                let made = cache.stage("trace", &made_from, |folder| {
+                    let tracer = ready(&mut bed.tracer, &bed.scene, &bed.path)?;
+                    let on = |done, of| step.at(done, of, &what);
+                    let (scene, path) = (&bed.scene, &bed.path);
+                    let table = trace::trace(tracer, scene, path, wavelengths_um, target, &on)?;
+                    Ok(table.write(&folder.join("table.json"))?)
+                })?;
+                if i > 0 {
+                    // Only the first is looked at again, for its picture.
+                    bed.tracer = None;
+                }
+                Ok(made)
+            })
+            .collect::<Result<_, Error>>()?;
+        self.begin_to_write()?;
+        let mut tables = Vec::new();
+        for (i, made) in made.iter().enumerate() {
             let name = self.of_packing(i, "table.json");
             output::copy(&made.folder.join("table.json"), &self.place(&name))?;
             self.wrote(&name)?;
             tables.push(Table::read(&self.place(&name))?);
         }
+        let cached = made.iter().all(|made| made.cached);
         let paths: u64 = tables.iter().map(|table| table.paths).sum();
         let note = if cached { "from the cache".into() } else { format!("{paths} paths") };
         let seconds = step.done(&note);

@@ -172,6 +172,9 @@ impl Weight {
     }
 }
 
+/// Powers of a reflectance that are computed beforehand.
+const POWERS: usize = 64;
+
 /// The mean weight for one reflectance of each material.
 ///
 /// Sums run over the states in the order given: the same order gives the same bits.
@@ -180,8 +183,19 @@ pub fn weight<'a>(
     trapped: impl Iterator<Item = (&'a [u16], u64)>,
     reflectance: &[f64],
 ) -> Weight {
+    // States are many, powers few.
+    let powers: Vec<Vec<f64>> = reflectance
+        .iter()
+        .map(|rho| {
+            std::iter::successors(Some(1.0), |power| Some(power * rho)).take(POWERS).collect()
+        })
+        .collect();
+    let power = |material: usize, n: u16| {
+        let listed = powers[material].get(usize::from(n)).copied();
+        listed.unwrap_or_else(|| reflectance[material].powi(i32::from(n)))
+    };
     let product = |state: &[u16]| -> f64 {
-        state.iter().zip(reflectance).map(|(&n, rho)| rho.powi(i32::from(n))).product()
+        state.iter().enumerate().map(|(material, &n)| power(material, n)).product()
     };
     let (mut paths, mut sum, mut squares, mut open) = (0.0, 0.0, 0.0, 0.0);
     let states = escaped.map(|state| (state, 1.0)).chain(trapped.map(|state| (state, 0.5)));
