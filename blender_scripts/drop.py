@@ -30,7 +30,7 @@ def main(arguments):
         "--also",
         action="append",
         default=[],
-        choices=("scene.glb", "scene.blend", "patch.obj"),
+        choices=("scene.glb", "scene.blend", "frames.json", "patch.obj"),
         help="write this too, of the first bed",
     )
     options = parser.parse_args(arguments)
