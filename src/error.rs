@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::blender::BlenderError;
 use crate::ingest::IngestError;
 use crate::output::OutputError;
+use crate::picture::PictureError;
 use crate::plot::PlotError;
 use crate::record::RecordError;
 use crate::scene::SceneError;
@@ -89,6 +90,9 @@ pub enum Error {
     /// A chart could not be drawn.
     #[error(transparent)]
     Plot(#[from] PlotError),
+    /// There is nothing to make a picture of.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
     /// A record of a run is wrong.
     #[error(transparent)]
     Record(#[from] RecordError),
@@ -118,6 +122,7 @@ impl Error {
             | Self::Material { .. }
             | Self::Table(_)
             | Self::Plot(_)
+            | Self::Picture(_)
             | Self::Record(_) => Status::Input,
             Self::Interrupted => Status::Interrupted,
         }
@@ -140,6 +145,7 @@ impl Error {
             Self::Coverage { known, .. } => {
                 Some(format!("there are {known}, all, and any share from 0 to 1"))
             }
+            Self::Picture(error) => error.hint(),
             Self::OnePacking { .. } => {
                 Some("give the recipe that it was dropped from, or leave --packings out".into())
             }

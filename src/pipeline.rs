@@ -409,7 +409,7 @@ impl Run<'_> {
         let made_from = (program(), &table.scene_sha256);
         let made = self.cache.stage("picture", &made_from, |folder| {
             let tracer = ready(&mut bed.tracer, &bed.scene, &bed.path)?;
-            picture::write(tracer.bed(), &folder.join("patch.png"))
+            picture::sensor_view(tracer.bed(), &folder.join("patch.png"))
         })?;
         output::copy(&made.folder.join("patch.png"), &self.place("patch.png"))?;
         self.wrote("patch.png")?;

@@ -3,6 +3,7 @@
 mod completions;
 mod doctor;
 mod grains;
+mod picture;
 mod pipeline;
 mod replay;
 mod schema;
@@ -39,6 +40,7 @@ enum Command {
     Signature(signature::Args),
     Replay(replay::Args),
     Grains(grains::Args),
+    Picture(picture::Args),
     Doctor(doctor::Args),
     Schema(schema::Args),
     Completions(completions::Args),
@@ -130,6 +132,7 @@ pub fn run() -> ExitCode {
         Command::Signature(args) => signature::run(args).map(|()| None),
         Command::Replay(args) => replay::run(args),
         Command::Grains(args) => grains::run(args, &cache).map(|()| None),
+        Command::Picture(args) => picture::run(args).map(|()| None),
         Command::Doctor(args) => doctor::run(args, cache.root()).map(|()| None),
         Command::Schema(args) => schema::run(args).map(|()| None),
         Command::Completions(args) => completions::run(args).map(|()| None),

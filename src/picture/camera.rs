@@ -2,6 +2,9 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
+/// Least side of a view, um.
+const LEAST_UM: f64 = 1e-3;
+
 /// Parallel rays through a parallelogram, which becomes a picture.
 #[derive(Debug, Clone)]
 pub(crate) struct Camera {
@@ -15,12 +18,17 @@ pub(crate) struct Camera {
     pub to_eye: DVec3,
 }
 
+/// Unit vectors to the right and upwards across the line of sight. Up is up, or north from straight above.
+pub(super) fn level(to_eye: DVec3) -> (DVec3, DVec3) {
+    let level = DVec3::Z.cross(to_eye);
+    let right = if level.length() > 1e-9 { level.normalize() } else { DVec3::X };
+    (right, to_eye.cross(right))
+}
+
 impl Camera {
-    /// A view across the line of sight that just holds some points. Up is up, or north from straight above.
+    /// A view across the line of sight that just holds some points.
     pub fn around(points: impl Iterator<Item = DVec3>, to_eye: DVec3) -> Self {
-        let level = DVec3::Z.cross(to_eye);
-        let right = if level.length() > 1e-9 { level.normalize() } else { DVec3::X };
-        let up = to_eye.cross(right);
+        let (right, up) = level(to_eye);
         let axes = DMat3::from_cols(right, up, to_eye);
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for point in points {
@@ -28,7 +36,9 @@ impl Camera {
             (min, max) = (min.min(p), max.max(p));
         }
         let corner = axes * DVec3::new(min.x, min.y, max.z);
-        Self { corner, right: (max.x - min.x) * right, up: (max.y - min.y) * up, to_eye }
+        // What is flat and seen edge-on has a view, too.
+        let size = (max - min).max(DVec3::splat(LEAST_UM));
+        Self { corner, right: size.x * right, up: size.y * up, to_eye }
     }
 
     /// The same view with a margin on all sides, um.

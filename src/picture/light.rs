@@ -13,10 +13,14 @@ use crate::error::Error;
 use crate::interrupt;
 
 /// Shares of the light on a level surface in the open.
-const SUN: f64 = 0.55;
+const SUN: f64 = 0.52;
 const SKY: f64 = 0.45;
+/// The sun is no stronger than one of this height, a cosine, would have to be.
+const LOWEST_SUN: f64 = 0.6;
 /// What reaches every surface: light reflected by others.
 const STRAY: f32 = 0.06;
+/// The shadows of many directions blur each other: coarser ones do.
+const SKY_DETAIL: f64 = 3.0;
 /// Directions whose depth buffers are held at a time.
 const AT_A_TIME: usize = 8;
 /// Most pixels along a side of a depth buffer.
@@ -28,20 +32,27 @@ pub(crate) struct Lights(Vec<Light>);
 struct Light {
     towards: DVec3,
     strength: f64,
+    /// Pixels of the picture in one of its depth buffer.
+    detail: f64,
 }
 
 impl Lights {
-    /// A sun and a sky of so many directions.
-    pub fn new(sun: DVec3, sky: usize) -> Self {
+    /// A sun to the upper left behind the camera, and a hemisphere of sky of so many directions about a zenith.
+    pub fn new(camera: &Camera, zenith: DVec3, sky: usize) -> Self {
+        let (right, up) = (camera.right.normalize(), camera.up.normalize());
+        let sun = (-0.55 * right + 0.35 * up + 0.75 * camera.to_eye).normalize();
+        let sun =
+            Light { towards: sun, strength: SUN / sun.dot(zenith).max(LOWEST_SUN), detail: 1.0 };
         // The golden section spreads points evenly, and never two above each other.
         let golden = (5f64.sqrt() - 1.0) / 2.0;
+        let (east, north) = zenith.any_orthonormal_pair();
         let sky_light = |i: usize| {
             let z = (i as f64 + 0.5) / sky as f64;
             let (sin, cos) = (std::f64::consts::TAU * golden * i as f64).sin_cos();
             let r = (1.0 - z * z).sqrt();
-            Light { towards: DVec3::new(r * cos, r * sin, z), strength: 2.0 * SKY / sky as f64 }
+            let towards = r * cos * east + r * sin * north + z * zenith;
+            Light { towards, strength: 2.0 * SKY / sky as f64, detail: SKY_DETAIL }
         };
-        let sun = Light { towards: sun, strength: SUN / sun.z };
         Self(std::iter::once(sun).chain((0..sky).map(sky_light)).collect())
     }
 
@@ -65,7 +76,7 @@ impl Lights {
                         return Err(Error::Interrupted);
                     }
                     let camera = Camera::around((0..8).map(corners), light.towards);
-                    Ok(Map::new(light, &camera.widened(2.0 * pixel_um), &bodies, pixel_um))
+                    Ok(Map::new(light, camera, &bodies, light.detail * pixel_um))
                 })
                 .collect::<Result<_, _>>()?;
             pieces.par_iter().zip(&mut sums).with_min_len(1024).for_each(|(piece, sum)| {
@@ -91,16 +102,23 @@ struct Map {
 }
 
 impl Map {
-    fn new(light: &Light, camera: &Camera, bodies: &[&Body], pixel_um: f64) -> Self {
+    fn new(light: &Light, camera: Camera, bodies: &[&Body], pixel_um: f64) -> Self {
         let [w, h] = camera.size_um();
         let pixel_um = pixel_um.max(w / LONGEST).max(h / LONGEST);
+        let camera = camera.widened(3.0 * pixel_um);
+        let [w, h] = camera.size_um();
         let (width, height) = ((w / pixel_um).ceil() as usize, (h / pixel_um).ceil() as usize);
         let to_pixels = camera.to_pixels(width, height);
         let window = Window { width, rows: 0..height };
         let mut depth = vec![f32::INFINITY; width * height];
         let mut scratch = Scratch::new();
         for body in bodies {
-            body.draw(&to_pixels, &window, &mut scratch, |at, t, _| depth[at] = depth[at].min(t));
+            body.draw(&to_pixels, &window, &mut scratch, |span| {
+                let pixels = &mut depth[span.first..span.first + span.pixels];
+                for (i, depth) in pixels.iter_mut().enumerate() {
+                    *depth = depth.min(span.depth + i as f32 * span.slope);
+                }
+            });
         }
         // Single precision holds places near the corner.
         let origin = camera.corner;
@@ -127,18 +145,16 @@ impl Map {
         // A pixel holds the depth of its middle: stand off the surface by as much as a facet rises in one.
         let point = (piece.point - self.origin).as_vec3() + self.pixel_um * piece.normal;
         let at = self.to_pixels.transform_point3a(Vec3A::from(point));
-        let (x, y) = (at.x - 0.5, at.y - 0.5);
-        let (column, row) = (x.floor(), y.floor());
-        let (u, v) = (x - column, y - row);
+        // The map is wide enough that this changes nothing but the last bit.
+        let inside = |at: f32, pixels: usize| (at - 0.5).clamp(0.0, pixels as f32 - 1.001);
+        let (x, y) = (inside(at.x, self.width), inside(at.y, self.height));
+        let (column, row) = (x as usize, y as usize);
+        let (u, v) = (x - column as f32, y - row as f32);
         let depth = at.z - 0.5 * self.pixel_um;
-        let lit = |dx: f32, dy: f32| {
-            let (x, y) = (column + dx, row + dy);
-            let inside = x >= 0.0 && y >= 0.0 && x < self.width as f32 && y < self.height as f32;
-            let free = !inside || depth <= self.depth[y as usize * self.width + x as usize];
-            f32::from(u8::from(free))
-        };
-        let above = lit(0.0, 0.0) * (1.0 - u) + lit(1.0, 0.0) * u;
-        let below = lit(0.0, 1.0) * (1.0 - u) + lit(1.0, 1.0) * u;
+        let first = row * self.width + column;
+        let lit = |at: usize| f32::from(u8::from(depth <= self.depth[at]));
+        let above = lit(first) * (1.0 - u) + lit(first + 1) * u;
+        let below = lit(first + self.width) * (1.0 - u) + lit(first + self.width + 1) * u;
         self.strength * cosine * (above * (1.0 - v) + below * v)
     }
 }

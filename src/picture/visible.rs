@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use glam::{Affine3A, DAffine3, Vec3A};
+use glam::{Affine3A, DAffine3, DVec3, Vec3A};
 
 use crate::geometry::Mesh;
 
@@ -29,35 +29,46 @@ pub(crate) struct Window {
 /// Scratch space for a mesh's vertices, kept from one body to the next.
 pub(crate) type Scratch = Vec<Vec3A>;
 
+/// The part of a triangle in a row of pixels.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Span {
+    /// Place of its first pixel in the window, and how many there are.
+    pub first: usize,
+    pub pixels: usize,
+    /// Depth at the first, and how it grows from pixel to pixel.
+    pub depth: f32,
+    pub slope: f32,
+    pub triangle: u32,
+}
+
+/// Spans reach so much further than the triangle, as a share of it: no pixel slips between two triangles
+/// that share an edge.
+const EDGE: f32 = 1e-5;
+
 impl Body<'_> {
-    /// Calls `put` with place in the window, depth and number for each triangle over the middle of each pixel
-    /// that it covers. Closed meshes show their front alone.
+    /// Calls `put` for the pixels whose middles each triangle covers, row by row. Closed meshes show their
+    /// front alone.
     pub fn draw(
         &self,
         to_pixels: &DAffine3,
         window: &Window,
         scratch: &mut Scratch,
-        mut put: impl FnMut(usize, f32, u32),
+        mut put: impl FnMut(Span),
     ) {
         let map = *to_pixels * self.to_scene;
-        let (rows, columns) = (map.matrix3.row(1), map.matrix3.row(0));
-        let reach = |row: glam::DVec3| row.length() * f64::from(self.radius_um) + 1.0;
-        let outside = |at: f64, reach: f64, from: usize, to: usize| {
-            at + reach < from as f64 || at - reach > to as f64
-        };
-        if outside(map.translation.x, reach(columns), 0, window.width)
-            || outside(map.translation.y, reach(rows), window.rows.start, window.rows.end)
-        {
+        if self.is_outside(&map, window) {
             return;
         }
         let front = if map.matrix3.determinant() < 0.0 { 1.0 } else { -1.0 };
-        // Relative to the window's first row, so that rows are counted from 0.
-        let mut local =
-            Affine3A::from_mat3_translation(map.matrix3.as_mat3(), map.translation.as_vec3());
-        local.translation.y = (map.translation.y - window.rows.start as f64) as f32;
+        // Middles of pixels are at whole numbers, rows counted from the window's first.
+        let shift = DVec3::new(0.5, window.rows.start as f64 + 0.5, 0.0);
+        let local = Affine3A::from_mat3_translation(
+            map.matrix3.as_mat3(),
+            (map.translation - shift).as_vec3(),
+        );
         scratch.clear();
         scratch.extend(self.mesh.vertices.iter().map(|&v| local.transform_point3a(v.into())));
-        let bounds = [window.width as f32, window.rows.len() as f32];
+        let [right, bottom] = [window.width as f32 - 1.0, window.rows.len() as f32 - 1.0];
         for (number, triangle) in self.mesh.triangles.iter().enumerate() {
             let [a, b, c] = triangle.map(|i| scratch[i as usize]);
             let (ab, ac) = (b - a, c - a);
@@ -66,38 +77,100 @@ impl Body<'_> {
                 continue;
             }
             let (min, max) = (a.min(b).min(c), a.max(b).max(c));
-            // Pixels whose middle is between the least and the greatest.
-            let first = |low: f32| (low - 0.5).ceil().max(0.0);
-            let last = |high: f32, bound: f32| (high - 0.5).floor().min(bound - 1.0);
-            let (x0, x1) = (first(min.x), last(max.x, bounds[0]));
-            let (y0, y1) = (first(min.y), last(max.y, bounds[1]));
-            if x0 > x1 || y0 > y1 {
+            let Some((top, rows)) = whole_numbers(min.y, max.y, bottom) else { continue };
+            if whole_numbers(min.x, max.x, right).is_none() {
                 continue;
             }
-            // Weights of b and c, and the depth, are linear in x and y.
+            // The weights of the corners are linear in x and y, and so is the depth.
             let turn = 1.0 / area;
-            let (bx, by) = (ac.y * turn, -ac.x * turn);
-            let (cx, cy) = (-ab.y * turn, ab.x * turn);
-            let (px, py) = (x0 + 0.5 - a.x, y0 + 0.5 - a.y);
-            let mut row_b = px * bx + py * by;
-            let mut row_c = px * cx + py * cy;
-            for y in y0 as usize..=y1 as usize {
-                let (mut wb, mut wc) = (row_b, row_c);
-                let row = y * window.width;
-                for x in x0 as usize..=x1 as usize {
-                    // A little more than the triangle: no pixel slips between two that share an edge.
-                    if wb >= -EDGE && wc >= -EDGE && wb + wc <= 1.0 + EDGE {
-                        let depth = (a.z + wb * ab.z + wc * ac.z).clamp(min.z, max.z);
-                        put(row + x, depth, number as u32);
+            let (across_b, down_b) = (ac.y * turn, -ac.x * turn);
+            let (across_c, down_c) = (-ab.y * turn, ab.x * turn);
+            let slope = across_b * ab.z + across_c * ac.z;
+            let sides =
+                [across_b, across_c, -across_b - across_c].map(|across| (across, 1.0 / across));
+            for row in top..top + rows {
+                let y = row as f32 - a.y;
+                let (b, c) = (y * down_b - a.x * across_b, y * down_c - a.x * across_c);
+                let (mut low, mut high) = (min.x, max.x);
+                for (weight, (across, inverse)) in [b, c, 1.0 - b - c].into_iter().zip(sides) {
+                    let end = (-EDGE - weight) * inverse;
+                    if across > 0.0 {
+                        low = low.max(end);
+                    } else if across < 0.0 {
+                        high = high.min(end);
+                    } else if weight < -EDGE {
+                        high = -1.0;
                     }
-                    wb += bx;
-                    wc += cx;
                 }
-                row_b += by;
-                row_c += cy;
+                if let Some((left, pixels)) = whole_numbers(low, high, right) {
+                    let x = left as f32;
+                    let depth = a.z + (b + x * across_b) * ab.z + (c + x * across_c) * ac.z;
+                    let first = row * window.width + left;
+                    put(Span { first, pixels, depth, slope, triangle: number as u32 });
+                }
             }
         }
     }
+
+    /// Whether the sphere about the body is seen outside a window.
+    fn is_outside(&self, map: &DAffine3, window: &Window) -> bool {
+        let beyond = |axis: usize, from: usize, to: usize| {
+            let reach = map.matrix3.row(axis).length() * f64::from(self.radius_um) + 1.0;
+            let at = map.translation[axis];
+            at + reach < from as f64 || at - reach > to as f64
+        };
+        beyond(0, 0, window.width) || beyond(1, window.rows.start, window.rows.end)
+    }
 }
 
-const EDGE: f32 = 1e-5;
+/// The first whole number between two limits and 0 and a bound, and how many there are, if any.
+fn whole_numbers(low: f32, high: f32, bound: f32) -> Option<(usize, usize)> {
+    let (low, high) = (low.max(0.0), high.min(bound));
+    // Casts cut off the fraction: of what is not negative they give the floor.
+    let first = low as i32 + i32::from((low as i32 as f32) < low);
+    let last = high as i32;
+    (high >= 0.0 && last >= first).then(|| (first as usize, (last - first + 1) as usize))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_numbers_between_limits() {
+        assert_eq!(whole_numbers(0.2, 3.0, 9.0), Some((1, 3)));
+        assert_eq!(whole_numbers(-5.0, 20.0, 9.0), Some((0, 10)));
+        for (low, high) in [(0.2, 0.8), (3.0, 2.0), (-2.0, -0.5), (9.5, 12.0)] {
+            assert_eq!(whole_numbers(low, high, 9.0), None, "{low} to {high}");
+        }
+    }
+
+    #[test]
+    fn two_triangles_of_a_square_cover_each_pixel_of_it_and_no_other() {
+        let corners = [[0.0, 0.0], [7.3, 1.1], [8.9, 8.2], [1.7, 6.6]];
+        let points = corners.map(|[x, y]| DVec3::new(x, y, 0.25 * x));
+        let faces = [[0, 1, 2], [0, 2, 3]].map(|face| (face, 0));
+        let (mesh, middle) = Mesh::new("square", &points, faces.into_iter());
+        let to_scene = DAffine3::from_translation(middle);
+        let body = Body { mesh: &mesh, to_scene, radius_um: 10.0 };
+        let window = Window { width: 10, rows: 0..10 };
+        let mut depths = vec![f32::NAN; 100];
+        body.draw(&DAffine3::IDENTITY, &window, &mut Scratch::new(), |span| {
+            for i in 0..span.pixels {
+                depths[span.first + i] = span.depth + i as f32 * span.slope;
+            }
+        });
+        for (at, depth) in depths.into_iter().enumerate() {
+            let (x, y) = ((at % 10) as f64 + 0.5, (at / 10) as f64 + 0.5);
+            let is_left_of = |i: usize| {
+                let ([x0, y0], [x1, y1]) = (corners[i], corners[(i + 1) % 4]);
+                (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0) > 0.0
+            };
+            assert_eq!(!depth.is_nan(), (0..4).all(is_left_of), "{x} {y}");
+            assert!(
+                depth.is_nan() || (f64::from(depth) - 0.25 * x).abs() < 1e-4,
+                "{x} {y} {depth}"
+            );
+        }
+    }
+}

@@ -21,11 +21,12 @@ mod emissivity;
 mod label;
 mod legend;
 mod raster;
-mod svg;
+pub(crate) mod svg;
 
 pub use bodies::{Row, Solid, bodies_svg};
 pub use curve::Curve;
 pub use emissivity::{Chart, emissivity_svg};
+pub(crate) use raster::layer;
 pub use raster::png;
 
 /// A chart could not be drawn.

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, LazyLock};
 
-use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{FontResolver, Options, Tree, fontdb};
 
 use super::PlotError;
@@ -23,6 +23,15 @@ static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
 /// # Errors
 /// The text is no SVG, or the picture would be empty or larger than 16384 pixels a side.
 pub fn png(svg: &str, pixels_per_unit: f32) -> Result<Vec<u8>, PlotError> {
+    pack(&pixels(svg, pixels_per_unit, Color::WHITE)?)
+}
+
+/// Renders SVG text, a pixel for every unit, over nothing.
+pub(crate) fn layer(svg: &str) -> Result<Pixmap, PlotError> {
+    pixels(svg, 1.0, Color::TRANSPARENT)
+}
+
+fn pixels(svg: &str, pixels_per_unit: f32, background: Color) -> Result<Pixmap, PlotError> {
     let options = Options {
         fontdb: Arc::clone(&FONTS),
         font_resolver: FontResolver {
@@ -40,13 +49,13 @@ pub fn png(svg: &str, pixels_per_unit: f32) -> Result<Vec<u8>, PlotError> {
         return Err(size_error);
     }
     let mut pixels = Pixmap::new(width as u32, height as u32).ok_or(size_error)?;
-    pixels.fill(resvg::tiny_skia::Color::WHITE);
+    pixels.fill(background);
     resvg::render(
         &tree,
         Transform::from_scale(pixels_per_unit, pixels_per_unit),
         &mut pixels.as_mut(),
     );
-    pack(&pixels)
+    Ok(pixels)
 }
 
 /// The pixels as RGB: on white nothing is transparent.

@@ -6,24 +6,31 @@ use std::fmt::{self, Display, Write};
 const FONT_FAMILY: &str = "Ubuntu, 'DejaVu Sans', Arial, sans-serif";
 
 /// A point of the drawing: x to the right, y downwards, in SVG user units.
-pub(super) type Point = (f64, f64);
+pub(crate) type Point = (f64, f64);
 
 /// Which end of a text its point is.
 #[derive(Clone, Copy)]
-pub(super) enum Anchor {
+pub(crate) enum Anchor {
     Start,
     Middle,
     End,
 }
 
 /// A drawing under way. `style` is always a list of SVG attributes.
-pub(super) struct Svg {
+pub(crate) struct Svg {
     text: String,
 }
 
 impl Svg {
     /// A white page; `title` is what screen readers say.
     pub(super) fn new(width: f64, height: f64, title: &str) -> Self {
+        let mut svg = Self::clear(width, height, title);
+        svg.rectangle((0.0, 0.0), (width, height), "fill='#ffffff'");
+        svg
+    }
+
+    /// A page without colour, to lie over a picture.
+    pub(crate) fn clear(width: f64, height: f64, title: &str) -> Self {
         let mut svg = Self { text: String::new() };
         let (w, h) = (Number(width), Number(height));
         svg.push(format_args!(
@@ -31,16 +38,15 @@ impl Svg {
              viewBox=\"0 0 {w} {h}\" role=\"img\" font-family=\"{FONT_FAMILY}\" fill=\"#1a1a1a\">"
         ));
         svg.push(format_args!("<title>{}</title>", Escaped(title)));
-        svg.rectangle((0.0, 0.0), (width, height), "fill='#ffffff'");
         svg
     }
 
-    pub(super) fn finish(mut self) -> String {
+    pub(crate) fn finish(mut self) -> String {
         self.text.push_str("</svg>\n");
         self.text
     }
 
-    pub(super) fn rectangle(&mut self, (x, y): Point, (width, height): Point, style: &str) {
+    pub(crate) fn rectangle(&mut self, (x, y): Point, (width, height): Point, style: &str) {
         let [x, y, width, height] = [x, y, width, height].map(Number);
         self.push(format_args!(
             "<rect x='{x}' y='{y}' width='{width}' height='{height}' {style}/>"
@@ -60,11 +66,11 @@ impl Svg {
         self.push(format_args!("<polygon points='{}' {style}/>", Points(points)));
     }
 
-    pub(super) fn text(&mut self, at: Point, anchor: Anchor, size: f64, content: &str) {
+    pub(crate) fn text(&mut self, at: Point, anchor: Anchor, size: f64, content: &str) {
         self.styled_text(at, anchor, size, content, "");
     }
 
-    pub(super) fn styled_text(
+    pub(crate) fn styled_text(
         &mut self,
         (x, y): Point,
         anchor: Anchor,
@@ -96,7 +102,7 @@ impl Svg {
 }
 
 /// Width of a text, rather too large than too small: in `DejaVu Sans`, the widest of the fonts.
-pub(super) fn text_width(text: &str, size: f64) -> f64 {
+pub(crate) fn text_width(text: &str, size: f64) -> f64 {
     let ems = |c: char| match c {
         'i' | 'j' | 'l' => 0.28,
         ' ' | '.' | ',' | ':' | ';' | '\'' | '-' | '/' | '|' | 'f' | 't' | '(' | ')' | 'I' => 0.38,
@@ -126,7 +132,7 @@ pub(super) fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
 }
 
 /// The text, or as much of its beginning as `width` holds and an ellipsis.
-pub(super) fn shortened(text: &str, size: f64, width: f64) -> String {
+pub(crate) fn shortened(text: &str, size: f64, width: f64) -> String {
     if text_width(text, size) <= width {
         return text.to_owned();
     }

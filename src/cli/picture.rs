@@ -1,0 +1,137 @@
+//! `soilsig picture`: figures of what the pipeline made.
+
+use std::path::PathBuf;
+
+use clap::{Args as ClapArgs, Subcommand};
+use soilsig::error::Error;
+use soilsig::output;
+use soilsig::picture::{self, Look, MOST_PANELS, Source};
+
+use super::usage;
+
+/// Draws a grain, the drop or the beds of earlier results; needs no Blender
+#[derive(ClapArgs)]
+pub struct Args {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand)]
+enum What {
+    /// One dusty grain, large
+    Grain {
+        /// Folder of the pipeline's result, or a placed scene file
+        scene: PathBuf,
+        /// Prototype of the scene [default: its first]
+        #[arg(long, value_name = "NAME")]
+        prototype: Option<String>,
+        #[command(flatten)]
+        side: Side,
+        #[command(flatten)]
+        file: File,
+    },
+    /// The drop in time, a strip of frames from the release to the rest
+    Drop {
+        /// Folder of the pipeline's result, with frames.json in it
+        scene: PathBuf,
+        /// Panels of the strip
+        #[arg(long, value_name = "N", default_value_t = 6,
+              value_parser = clap::value_parser!(u16).range(2..=MOST_PANELS as i64))]
+        frames: u16,
+        #[command(flatten)]
+        side: Side,
+        #[command(flatten)]
+        file: File,
+    },
+    /// Several beds side by side at one scale, each with what is seen of its materials
+    Coverages {
+        /// Folders of the pipeline's results, or placed scene files
+        #[arg(required = true, num_args = 1..)]
+        scenes: Vec<PathBuf>,
+        #[command(flatten)]
+        side: Side,
+        #[command(flatten)]
+        file: File,
+    },
+    /// One bed: the sensor's view or, with --zenith or --azimuth, all of it from that side
+    Patch {
+        /// Folder of the pipeline's result, or a placed scene file
+        scene: PathBuf,
+        #[command(flatten)]
+        side: Side,
+        #[command(flatten)]
+        file: File,
+    },
+}
+
+/// From where.
+#[derive(ClapArgs)]
+struct Side {
+    /// Angle of the eye from straight above, degrees [default: grain 60, drop 72, coverages 0, patch 60]
+    #[arg(long, value_name = "DEGREES", value_parser = zenith)]
+    zenith: Option<f64>,
+    /// Angle of the eye's place from +x towards +y, degrees [default: -65; from above north is up]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
+    azimuth: Option<f64>,
+}
+
+#[derive(ClapArgs)]
+struct File {
+    /// PNG file to write
+    #[arg(long, short, value_name = "FILE")]
+    out: PathBuf,
+    /// Width of the picture, pixels [default: grain and patch 800, drop 1200, coverages 1000]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(64..=3000))]
+    width_px: Option<u16>,
+}
+
+impl Side {
+    fn look(&self, zenith_deg: f64, width_px: usize) -> Look {
+        let azimuth_deg = self.azimuth.unwrap_or(-65.0);
+        Look { zenith_deg: self.zenith.unwrap_or(zenith_deg), azimuth_deg, width_px }
+    }
+}
+
+impl File {
+    /// A place that cannot be written to is known before the work, not after it.
+    fn width(&self, default: u16) -> Result<usize, Error> {
+        let ending = self.out.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        if ending != "png" {
+            usage(&format!("{}: pictures are written as .png", self.out.display()));
+        }
+        output::may_write(&self.out)?;
+        Ok(self.width_px.unwrap_or(default).into())
+    }
+}
+
+fn zenith(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(degrees) if (0.0..=180.0).contains(&degrees) => Ok(degrees),
+        _ => Err("it must be within 0 (straight above) to 180".into()),
+    }
+}
+
+pub fn run(args: &Args) -> Result<(), Error> {
+    match &args.what {
+        What::Grain { scene, prototype, side, file } => {
+            let look = side.look(60.0, file.width(800)?);
+            picture::grain(&Source::read(scene)?, prototype.as_deref(), look, &file.out)
+        }
+        What::Drop { scene, frames, side, file } => {
+            let look = side.look(72.0, file.width(1200)?);
+            picture::drop(&Source::read(scene)?, (*frames).into(), look, &file.out)
+        }
+        What::Coverages { scenes, side, file } => {
+            let look = side.look(0.0, file.width(1000)?);
+            let sources =
+                scenes.iter().map(|path| Source::read(path)).collect::<Result<Vec<_>, _>>()?;
+            picture::coverages(&sources, look, &file.out)
+        }
+        What::Patch { scene, side, file } => {
+            let width_px = file.width(800)?;
+            let asked = side.zenith.is_some() || side.azimuth.is_some();
+            let look = asked.then(|| side.look(60.0, width_px));
+            picture::patch(&Source::read(scene)?, look, width_px, &file.out)
+        }
+    }
+}
