@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 const BY_LINES: f64 = 0.014;
 const BY_LINES_ASKED: f64 = 0.007;
 
-fn pipeline(folder: &Path, blender: &Path, fines: [Value; 2], dust: Value) -> Output {
+fn pipeline(folder: &Path, blender: &Path, fines: &[Value; 2], dust: &Value) -> Output {
     let scene = json!({
         "soilsig_scene": 1, "name": "dusty", "seed": 5, "temperature_k": 300,
         "view": {"zenith_deg": 0},
@@ -52,7 +52,8 @@ fn two_measures_of_cover_agree_and_a_cover_asked_for_is_reached() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for blender in support::real_blenders() {
         let fines = [json!({"silhouette": 0.55}), json!(150)];
-        let output = pipeline(folder.path(), &blender, fines, json!({"layers": 2, "overlap": 0.2}));
+        let output =
+            pipeline(folder.path(), &blender, &fines, &json!({"layers": 2, "overlap": 0.2}));
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let record: Value = serde_json::from_slice(&output.stdout).expect("JSON");
         let drop = fs::read(folder.path().join("r/drop.json")).expect("written");
@@ -97,7 +98,7 @@ fn dust_that_does_not_fit_is_refused_with_what_would() {
         (json!({"silhouette": 0.97}), "of the silhouette of big_0 no more than 0."),
         (json!(2000), "of the 2000 fines on big_0 only "),
     ] {
-        let output = pipeline(folder.path(), &blender, [json!(20), fines], flat.clone());
+        let output = pipeline(folder.path(), &blender, &[json!(20), fines], &flat);
         let errors = String::from_utf8_lossy(&output.stderr);
         assert!(!output.status.success());
         assert!(errors.contains(said), "{errors}");
