@@ -59,6 +59,7 @@ impl Canvas {
         let mut encoder = png::Encoder::new(&mut file, self.width as u32, self.height as u32);
         encoder.set_color(png::ColorType::Rgb);
         // Of few colours, pixels as they are pack better than their differences.
+        encoder.set_deflate_compression(png::DeflateCompression::Level(5));
         encoder.set_filter(png::Filter::NoFilter);
         let per_metre = (1e6 / pixel_um) as u32;
         encoder.set_pixel_dims(Some(png::PixelDimensions {

@@ -62,11 +62,10 @@ pub fn coverages(sources: &[Source], look: Look, path: &Path) -> Result<(), Erro
     Ok(output::bytes(path, &canvas.png(pixel_um))?)
 }
 
-/// A square of the bed's top, foreshortened.
+/// A level square about the middle of the bed, foreshortened.
 fn middle(bed: &Bed, look: Look, side_um: f64) -> Camera {
     let to_eye = look.to_eye();
-    let top = (bed.domain.min_um + bed.domain.max_um).truncate() / 2.0;
-    let middle = top.extend(bed.domain.max_um.z);
+    let middle = (bed.domain.min_um + bed.domain.max_um) / 2.0;
     let (right, up) = level(to_eye);
     let right = side_um * right;
     let up = side_um * to_eye.z.max(MOST_FORESHORTENED) * up;

@@ -23,7 +23,7 @@ pub(super) const PAPER: [f32; 3] = [1.0; 3];
 
 /// Draws what the sensor sees, each facet in its material's colour, as PNG with a scale bar.
 pub fn sensor_view(bed: &Bed, path: &Path) -> Result<(), Error> {
-    let style = Style { rays: 2, sky: 7, zenith: DVec3::Z, background: SPACE };
+    let style = Style { rays: 2, sky: 5, zenith: DVec3::Z, background: SPACE };
     write(rendered(bed, WIDTH, &style)?, path)
 }
 

@@ -4,19 +4,40 @@
 //! them ten times as fast as following each ray does.
 
 use std::ops::Range;
+use std::sync::Arc;
 
-use glam::{Affine3A, DAffine3, DVec3, Vec3A};
+use glam::{Affine3A, DAffine3, DVec3, Vec3, Vec3A};
 
 use crate::geometry::Mesh;
 
-/// A mesh in its place.
+/// A mesh, and what is worked out of it once for all its places.
+#[derive(Debug)]
+pub(crate) struct Shape<'a> {
+    pub mesh: &'a Mesh,
+    /// Of each triangle the cross product of its sides: tells whether it faces the eye.
+    crosses: Vec<Vec3>,
+    /// Distance of the farthest vertex from the origin of the mesh, um.
+    radius_um: f32,
+}
+
+impl<'a> Shape<'a> {
+    pub fn new(mesh: &'a Mesh) -> Arc<Self> {
+        let cross = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|i| mesh.vertices[i as usize]);
+            (b - a).cross(c - a)
+        };
+        let crosses = mesh.triangles.iter().map(cross).collect();
+        let radius_um = mesh.vertices.iter().map(|v| v.length()).fold(0.0, f32::max);
+        Arc::new(Self { mesh, crosses, radius_um })
+    }
+}
+
+/// A shape in its place.
 #[derive(Debug, Clone)]
 pub(crate) struct Body<'a> {
-    pub mesh: &'a Mesh,
+    pub shape: Arc<Shape<'a>>,
     /// From the mesh's coordinates to the scene's.
     pub to_scene: DAffine3,
-    /// Distance of the farthest vertex from the origin of the mesh, um.
-    pub radius_um: f32,
 }
 
 /// The part of a picture that is drawn at a go.
@@ -67,18 +88,25 @@ impl Body<'_> {
             (map.translation - shift).as_vec3(),
         );
         scratch.clear();
-        scratch.extend(self.mesh.vertices.iter().map(|&v| local.transform_point3a(v.into())));
+        let Shape { mesh, crosses, .. } = &*self.shape;
+        scratch.extend(mesh.vertices.iter().map(|&v| local.transform_point3a(v.into())));
         let [right, bottom] = [window.width as f32 - 1.0, window.rows.len() as f32 - 1.0];
-        for (number, triangle) in self.mesh.triangles.iter().enumerate() {
-            let [a, b, c] = triangle.map(|i| scratch[i as usize]);
-            let (ab, ac) = (b - a, c - a);
-            let area = ab.x * ac.y - ab.y * ac.x;
-            if area == 0.0 || (self.mesh.closed && area * front < 0.0) {
+        // Twice the area of a triangle in the picture is linear in its cross product.
+        let to_area = map.matrix3.row(0).cross(map.matrix3.row(1)).as_vec3();
+        for (number, (triangle, cross)) in mesh.triangles.iter().zip(crosses).enumerate() {
+            let facing = to_area.dot(*cross);
+            if facing == 0.0 || (mesh.closed && facing * front < 0.0) {
                 continue;
             }
+            let [a, b, c] = triangle.map(|i| scratch[i as usize]);
+            let (ab, ac) = (b - a, c - a);
             let (min, max) = (a.min(b).min(c), a.max(b).max(c));
             let Some((top, rows)) = whole_numbers(min.y, max.y, bottom) else { continue };
             if whole_numbers(min.x, max.x, right).is_none() {
+                continue;
+            }
+            let area = ab.x * ac.y - ab.y * ac.x;
+            if area == 0.0 {
                 continue;
             }
             // The weights of the corners are linear in x and y, and so is the depth.
@@ -115,7 +143,7 @@ impl Body<'_> {
     /// Whether the sphere about the body is seen outside a window.
     fn is_outside(&self, map: &DAffine3, window: &Window) -> bool {
         let beyond = |axis: usize, from: usize, to: usize| {
-            let reach = map.matrix3.row(axis).length() * f64::from(self.radius_um) + 1.0;
+            let reach = map.matrix3.row(axis).length() * f64::from(self.shape.radius_um) + 1.0;
             let at = map.translation[axis];
             at + reach < from as f64 || at - reach > to as f64
         };
@@ -152,7 +180,7 @@ mod tests {
         let faces = [[0, 1, 2], [0, 2, 3]].map(|face| (face, 0));
         let (mesh, middle) = Mesh::new("square", &points, faces.into_iter());
         let to_scene = DAffine3::from_translation(middle);
-        let body = Body { mesh: &mesh, to_scene, radius_um: 10.0 };
+        let body = Body { shape: Shape::new(&mesh), to_scene };
         let window = Window { width: 10, rows: 0..10 };
         let mut depths = vec![f32::NAN; 100];
         body.draw(&DAffine3::IDENTITY, &window, &mut Scratch::new(), |span| {
