@@ -1,5 +1,7 @@
 //! Pixels under way to a file.
 
+use rayon::prelude::*;
+
 use crate::plot::svg::{Anchor, Svg, text_width};
 use crate::plot::{self, PlotError};
 
@@ -24,11 +26,12 @@ impl Canvas {
 
     /// From linear light, 1 for white.
     pub fn of_light(width: usize, height: usize, light: &[[f32; 3]]) -> Self {
-        let rgb = light.iter().flatten().map(|&channel| {
+        let level = |channel| {
             let level = ((LEVELS - 1.0) * encoded(channel)).round() / (LEVELS - 1.0);
             (255.0 * level).round() as u8
-        });
-        Self { width, height, rgb: rgb.collect() }
+        };
+        let rgb: Vec<[u8; 3]> = light.par_iter().map(|pixel| pixel.map(level)).collect();
+        Self { width, height, rgb: rgb.into_flattened() }
     }
 
     /// Lays a picture over this one, its upper left corner at (x, y); it must lie within.
@@ -59,7 +62,7 @@ impl Canvas {
         let mut encoder = png::Encoder::new(&mut file, self.width as u32, self.height as u32);
         encoder.set_color(png::ColorType::Rgb);
         // Of few colours, pixels as they are pack better than their differences.
-        encoder.set_deflate_compression(png::DeflateCompression::Level(5));
+        encoder.set_deflate_compression(png::DeflateCompression::Level(3));
         encoder.set_filter(png::Filter::NoFilter);
         let per_metre = (1e6 / pixel_um) as u32;
         encoder.set_pixel_dims(Some(png::PixelDimensions {
