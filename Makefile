@@ -5,7 +5,7 @@ COVERAGE = sparse
 # Kinds of Blender that `make test` leaves out, where they cannot be had: blender, bpy.
 WITHOUT =
 
-.PHONY: help run test lint setup bench clean
+.PHONY: help run test lint setup bench packings clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -32,6 +32,10 @@ lint:
 
 bench: setup ## time the pipeline and its stages (docs/performance.md)
 	cargo bench --bench stages
+
+packings: setup ## measure what packings differ by, and what is left of the tray (docs/geometry.md)
+	cargo build --release
+	python3 scripts/packings.py target/release/soilsig scenes/sparse.json 24 6000
 
 clean: ## remove what was built and installed here: target, .venv, .tools
 	cargo clean

@@ -13,6 +13,8 @@ use crate::output::{self, OutputError};
 #[derive(Debug, Clone)]
 pub struct Cache {
     root: PathBuf,
+    /// Where it is noted which Blenders were asked what they are.
+    blenders: PathBuf,
 }
 
 impl Cache {
@@ -25,12 +27,22 @@ impl Cache {
             .or_else(|| var("XDG_CACHE_HOME").map(|folder| folder.join("soilsig")))
             .or_else(|| var("HOME").map(|home| home.join(".cache/soilsig")))
             .unwrap_or_else(|| std::env::temp_dir().join("soilsig-cache"));
-        Self { root }
+        Self::new(root)
     }
 
     /// A cache in a folder of its own; in an empty one everything is made anew.
     pub fn new(root: PathBuf) -> Self {
-        Self { root }
+        Self { blenders: root.clone(), root }
+    }
+
+    /// Other results, in a folder of their own, by the Blenders that this one knows.
+    pub fn other_results(&self, root: PathBuf) -> Self {
+        Self { root, blenders: self.blenders.clone() }
+    }
+
+    /// The folder of what is known of Blenders.
+    pub fn blenders(&self) -> &Path {
+        &self.blenders
     }
 
     /// The folder of all results.

@@ -178,7 +178,7 @@ impl Report {
 pub fn make(options: &Options, out: &Path, cache: &Cache) -> Result<Report, Error> {
     output::folder(out)?;
     let step = Step::new("grains");
-    let blender = blender::find(options.blender.as_deref(), cache.root())?;
+    let blender = blender::find(options.blender.as_deref(), cache.blenders())?;
     if let Some(warning) = blender.warning() {
         step.say(&format!("warning: {warning}"));
     }

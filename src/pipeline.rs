@@ -243,7 +243,7 @@ impl Run<'_> {
     /// Blender's part: the beds as placed geometry, with the scene's own materials and view.
     fn drop(&mut self, scene: &Scene, packing: &Packing, path: &Path) -> Result<Vec<Bed>, Error> {
         let step = Step::new(&self.key("drop"));
-        let blender = blender::find(self.options.blender.as_deref(), self.cache.root())?;
+        let blender = blender::find(self.options.blender.as_deref(), self.cache.blenders())?;
         if let Some(warning) = blender.warning() {
             step.say(&format!("warning: {warning}"));
         }

@@ -46,7 +46,7 @@ pub fn run(args: &Args, cache: &Cache) -> Result<(), Error> {
             path: std::env::temp_dir(),
             source,
         })?;
-        grains::make(&options, &args.out, &Cache::new(folder.path().to_owned()))?
+        grains::make(&options, &args.out, &cache.other_results(folder.path().to_owned()))?
     } else {
         grains::make(&options, &args.out, cache)?
     };

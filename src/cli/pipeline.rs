@@ -88,7 +88,7 @@ pub fn run(args: &Args, cache: &Cache) -> Outcome {
             path: std::env::temp_dir(),
             source,
         })?;
-        pipeline::run(&options, command, &out, &Cache::new(folder.path().to_owned()))?
+        pipeline::run(&options, command, &out, &cache.other_results(folder.path().to_owned()))?
     } else {
         pipeline::run(&options, command, &out, cache)?
     };
