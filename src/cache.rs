@@ -36,6 +36,7 @@ impl Cache {
     }
 
     /// Other results, in a folder of their own, by the Blenders that this one knows.
+    #[must_use]
     pub fn other_results(&self, root: PathBuf) -> Self {
         Self { root, blenders: self.blenders.clone() }
     }
