@@ -8,9 +8,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use serde::Serialize;
-use sha2::{Digest, Sha256};
 
-use crate::blender::{Blender, Event, Job, SCRIPTS, Version};
+use crate::blender::{self, Blender, Event, Job, Version};
 use crate::cache::{Cache, Made};
 use crate::error::Error;
 use crate::output::{self, OutputError};
@@ -46,11 +45,6 @@ struct MadeFrom<'a> {
     numpy: &'a str,
     scripts: String,
     extra: &'a [&'a str],
-}
-
-/// SHA-256 of the scripts that Blender runs.
-pub fn scripts_sha256() -> String {
-    output::hex(&Sha256::digest(serde_json::to_vec(SCRIPTS).expect("plain data")))
 }
 
 impl Order<'_> {
@@ -107,7 +101,7 @@ impl Order<'_> {
             blender: self.blender.version,
             python: &self.blender.python,
             numpy: &self.blender.numpy,
-            scripts: scripts_sha256(),
+            scripts: blender::scripts_sha256(),
             extra: self.extra(packing),
         }
     }

@@ -7,9 +7,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
-use crate::blender::{self, BlenderError, Event, Job, SCRIPTS};
+use crate::blender::{self, BlenderError, Event, Job};
 use crate::cache::Cache;
 use crate::error::Error;
 use crate::output;
@@ -182,7 +181,7 @@ pub fn make(options: &Options, out: &Path, cache: &Cache) -> Result<Report, Erro
     if let Some(warning) = blender.warning() {
         step.say(&format!("warning: {warning}"));
     }
-    let scripts = output::hex(&Sha256::digest(serde_json::to_vec(SCRIPTS).expect("plain data")));
+    let scripts = blender::scripts_sha256();
     let Options { seed, variants, .. } = options;
     let made_from = (seed, variants, &blender.version, &blender.python, &blender.numpy, scripts);
     let log = out.join("blender.log");

@@ -8,10 +8,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::beds::{self, Order};
+use crate::beds::Order;
 use crate::blender;
 use crate::cache::{Cache, Made};
-use crate::coverage_scene::scene_for;
 use crate::error::Error;
 use crate::ingest;
 use crate::output;
@@ -21,19 +20,12 @@ use crate::random;
 use crate::record::{self, Output, Record, Stage};
 use crate::report;
 use crate::scene::{Packing, Scene, SceneGeometry, SpectrumSource};
+use crate::shipped::{self, COVERAGES};
 use crate::signature::{self, Band, Grid};
 use crate::stop::Target;
 use crate::table::Table;
 use crate::trace;
 use crate::tracer::Tracer;
-
-/// The shipped scenes, most covered first: the order of the paper's Fig. 6.
-pub const COVERAGES: [(&str, &str); 4] = [
-    ("full", include_str!("../scenes/full.json")),
-    ("less", include_str!("../scenes/less.json")),
-    ("sparse", include_str!("../scenes/sparse.json")),
-    ("bare", include_str!("../scenes/bare.json")),
-];
 
 /// Files of a drop that hold times of day or durations and so differ from run to run.
 const NOT_REPRODUCIBLE: [&str; 2] = ["blender.log", "drop.json"];
@@ -110,11 +102,11 @@ pub fn run(
         }
         Source::Coverage(name) => {
             let path = PathBuf::from(format!("scenes/{name}.json"));
-            let scene = if let Some((_, text)) = COVERAGES.iter().find(|(known, _)| known == name) {
+            let scene = if let Some(text) = shipped::text(name) {
                 record.versions.insert(path.display().to_string(), sha256_of(text));
                 Scene::parse(text, &path)?
             } else if let Some(share) = name.parse().ok().filter(|s| (0.0..=1.0).contains(s)) {
-                scene_for(share)
+                shipped::with_cover(share)
             } else {
                 let known: Vec<_> = COVERAGES.iter().map(|(known, _)| *known).collect();
                 return Err(Error::Coverage { wanted: name.clone(), known: known.join(", ") });
@@ -251,7 +243,7 @@ impl Run<'_> {
             ("blender", blender.version.to_string()),
             ("python", blender.python.clone()),
             ("numpy", blender.numpy.clone()),
-            ("scripts", beds::scripts_sha256()),
+            ("scripts", blender::scripts_sha256()),
         ] {
             self.record.versions.insert(name.into(), version);
         }

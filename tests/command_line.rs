@@ -1,31 +1,14 @@
 //! The program as a user meets it: exit statuses, messages, files written or not.
 
+#[path = "support/place.rs"]
+mod place;
+
 use std::fs;
-use std::path::{Path, PathBuf};
 
-use assert_cmd::Command;
+use place::{Place, shipped};
 use serde_json::Value;
-use tempfile::TempDir;
-
-/// A folder of its own for each test, with a cache of its own.
-struct Place(TempDir);
 
 impl Place {
-    fn new() -> Self {
-        Self(tempfile::tempdir().expect("a temporary folder"))
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn soilsig(&self, args: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_soilsig"));
-        command.args(args).current_dir(self.0.path());
-        command.env("SOILSIG_CACHE", self.path("cache")).env_remove("SOILSIG_BLENDER");
-        command
-    }
-
     /// Runs and expects that exit status; returns standard output and standard error.
     fn run(&self, args: &[&str], status: i32) -> (String, String) {
         let output = self.soilsig(args).output().expect("it runs");
@@ -42,10 +25,6 @@ impl Place {
         assert!(err.contains("error:"), "{err}");
         err
     }
-}
-
-fn shipped(name: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name).display().to_string()
 }
 
 #[test]

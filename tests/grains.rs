@@ -1,25 +1,16 @@
 //! `soilsig grains` with real Blenders: what the shapes are asked for is what they measure.
 
+#[path = "support/program.rs"]
+mod program;
 #[path = "support/mod.rs"]
 mod support;
 
 use std::collections::{BTreeMap, HashSet};
 use std::fs;
 use std::path::Path;
-use std::process::Output;
 
-use assert_cmd::Command;
+use program::soilsig;
 use soilsig::grains::Report;
-
-fn soilsig(folder: &Path, blender: &Path, args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_soilsig"));
-    command.args(args).current_dir(folder);
-    command.env("SOILSIG_CACHE", folder.join("cache")).env("SOILSIG_BLENDER", blender);
-    let output = command.output().expect("it runs");
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{args:?}: {}\n{errors}", output.status);
-    output
-}
 
 fn grains(folder: &Path, blender: &Path, args: &[&str]) -> Report {
     let output = soilsig(folder, blender, &[&["grains", "--json"], args].concat());

@@ -1,24 +1,19 @@
 //! Several packings of one recipe, with real Blenders: `make test` names them.
 
+#[path = "support/program.rs"]
+mod program;
 #[path = "support/mod.rs"]
 mod support;
 
 use std::fs;
 use std::path::Path;
 
-use assert_cmd::Command;
 use serde_json::Value;
 use soilsig::packings::quantile_95;
 use soilsig::random::seed_of;
 
 fn soilsig(folder: &Path, blender: &Path, args: &[&str]) -> String {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_soilsig"));
-    command.args(args).current_dir(folder);
-    command.env("SOILSIG_CACHE", folder.join("cache")).env("SOILSIG_BLENDER", blender);
-    let output = command.output().expect("it runs");
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{args:?}: {}\n{errors}", output.status);
-    String::from_utf8(output.stdout).expect("UTF-8")
+    String::from_utf8(program::soilsig(folder, blender, args).stdout).expect("UTF-8")
 }
 
 fn small() -> String {

@@ -1,34 +1,24 @@
 //! `soilsig picture`: what is on the pictures, pixel by pixel, and that they are the same everywhere.
 
+#[path = "support/place.rs"]
+mod place;
 #[path = "support/mod.rs"]
 mod support;
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use assert_cmd::Command;
+use place::{Place, shipped};
 use serde_json::{Value, json};
-use tempfile::TempDir;
-
-struct Place(TempDir);
 
 impl Place {
-    fn new() -> Self {
-        Self(tempfile::tempdir().expect("a temporary folder"))
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
+    /// Runs and expects that exit status; returns standard error.
     fn run(&self, args: &[&str], status: i32) -> String {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_soilsig"));
-        command.args(args).current_dir(self.0.path()).env("SOILSIG_CACHE", self.path("cache"));
         // A picture must not look for a Blender.
-        command.env("SOILSIG_BLENDER", "/nowhere/blender");
-        let output = command.output().expect("it runs");
+        let mut command = self.soilsig(args);
+        let output = command.env("SOILSIG_BLENDER", "/nowhere/blender").output().expect("it runs");
         let errors = String::from_utf8(output.stderr).expect("UTF-8");
         assert_eq!(output.status.code(), Some(status), "{args:?}\n{errors}");
         assert!(!errors.contains("panicked"), "{errors}");
@@ -62,10 +52,6 @@ impl Picture {
         let at = 3 * (y * self.width + x);
         [0, 1, 2].map(|i| i32::from(self.rgb[at + i]))
     }
-}
-
-fn shipped(name: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name).display().to_string()
 }
 
 /// A sphere of 100 um on a floor, within 600 x 600 um, as `scene.json`.
@@ -265,11 +251,9 @@ fn what_is_wrong_is_said_with_file_place_and_remedy() {
 fn the_recorded_drop_ends_where_the_grains_lie() {
     for blender in support::real_blenders() {
         let place = Place::new();
-        let mut command = Command::new(env!("CARGO_BIN_EXE_soilsig"));
         let scene = shipped("small.json");
-        command.args(["pipeline", "--scene", &scene, "--out", "r", "--tolerance", "0.1"]);
-        command.current_dir(place.0.path()).env("SOILSIG_CACHE", place.path("cache"));
-        command.env("SOILSIG_BLENDER", &blender).assert().success();
+        let args = ["pipeline", "--scene", &scene, "--out", "r", "--tolerance", "0.1"];
+        place.soilsig(&args).env("SOILSIG_BLENDER", &blender).assert().success();
         let read = |name: &str| -> Value {
             let text = fs::read_to_string(place.path("r").join(name)).expect("written");
             serde_json::from_str(&text).expect("JSON")

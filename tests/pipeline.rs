@@ -1,5 +1,7 @@
 //! The whole way, with real Blenders: `make test` names them.
 
+#[path = "support/program.rs"]
+mod program;
 #[path = "support/scenes.rs"]
 mod scenes;
 #[path = "support/mod.rs"]
@@ -10,18 +12,12 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-use assert_cmd::Command;
 use serde_json::Value;
 
+/// What the program printed: JSON, or words.
 fn soilsig(folder: &Path, blender: &Path, args: &[&str]) -> Value {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_soilsig"));
-    command.args(args).current_dir(folder);
-    command.env("SOILSIG_CACHE", folder.join("cache")).env("SOILSIG_BLENDER", blender);
-    let output = command.output().expect("it runs");
-    let text = String::from_utf8_lossy(&output.stdout);
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{args:?}: {}\n{text}\n{errors}", output.status);
-    serde_json::from_str(&text).unwrap_or(Value::String(text.into_owned()))
+    let text = String::from_utf8(program::soilsig(folder, blender, args).stdout).expect("UTF-8");
+    serde_json::from_str(&text).unwrap_or(Value::String(text))
 }
 
 fn shipped(name: &str) -> String {

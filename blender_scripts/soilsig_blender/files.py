@@ -13,12 +13,8 @@ def whole(folder, name):
     """A path to write to; on success the file takes its name, on failure it is removed."""
     stem, _, ending = name.rpartition(".")
     beside = os.path.join(folder, f".{stem}.part.{ending}")
-    try:
+    with _renamed(beside, os.path.join(folder, name), os.remove):
         yield beside
-        os.replace(beside, os.path.join(folder, name))
-    finally:
-        if os.path.exists(beside):
-            os.remove(beside)
 
 
 @contextmanager
@@ -26,9 +22,15 @@ def whole_folder(folder, name):
     """A new folder to fill; on success it takes its name, on failure it is removed."""
     beside = os.path.join(folder, f".{name}.part")
     os.makedirs(beside)
-    try:
+    with _renamed(beside, os.path.join(folder, name), shutil.rmtree):
         yield beside
-        os.replace(beside, os.path.join(folder, name))
+
+
+@contextmanager
+def _renamed(beside, place, remove):
+    try:
+        yield
+        os.replace(beside, place)
     finally:
         if os.path.exists(beside):
-            shutil.rmtree(beside)
+            remove(beside)

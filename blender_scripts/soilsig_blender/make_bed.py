@@ -38,7 +38,6 @@ def make_beds(scene_path, folder, seeds, extra):
 
 def _make_bed(scene, packing, folder, extra):
     clock = _Clock()
-    bpy.ops.wm.read_factory_settings(use_empty=True)
     progress("model", 0, 1)
     fines = model_fines(packing)
     progress("model", 1, 1)

@@ -8,6 +8,8 @@ pairs; the edges are asked only where those find an overlap, whose depth is then
 
 import numpy as np
 
+from .rows import padded
+
 # This many pairs of fines are compared at a time, to bound the memory.
 _BATCH = 4096
 
@@ -95,11 +97,11 @@ class Solids:
     @classmethod
     def of(cls, bodies):
         return cls(
-            _padded([body.vertices for body in bodies]),
-            _padded([body.normals for body in bodies]),
-            _padded([body.offsets for body in bodies], ()),
-            _padded([body.normals[body.edges[:, :2]] for body in bodies], (2, 3)),
-            _padded([body.vertices[body.edges[:, 2]] for body in bodies]),
+            padded([body.vertices for body in bodies]),
+            padded([body.normals for body in bodies]),
+            padded([body.offsets for body in bodies], ()),
+            padded([body.normals[body.edges[:, :2]] for body in bodies], (2, 3)),
+            padded([body.vertices[body.edges[:, 2]] for body in bodies]),
         )
 
     def take(self, which):
@@ -182,11 +184,3 @@ class Pieces:
             self.outer,
             self.radius,
         )
-
-
-def _padded(arrays, tail=(3,)):
-    """Arrays of different lengths as one, each filled up with its first row."""
-    if not arrays:
-        return np.empty((0, 1, *tail))
-    size = max(map(len, arrays))
-    return np.array([np.concatenate([a, np.repeat(a[:1], size - len(a), axis=0)]) for a in arrays])

@@ -21,10 +21,9 @@ class Rows:
         return [getattr(self, field.name) for field in fields(self)]
 
 
-def padded(arrays):
-    """Arrays of different lengths as one, each filled up with its first row (or zeros)."""
-    most = max(map(len, arrays), default=0)
-    tail = arrays[0].shape[1:] if arrays else (3,)
+def padded(arrays, tail=(3,)):
+    """Arrays of rows of a shape as one, each filled up with its first row (or zeros)."""
+    most = max(map(len, arrays), default=1)
     whole = np.zeros((len(arrays), most, *tail))
     for row, array in zip(whole, arrays):
         row[: len(array)] = array

@@ -26,7 +26,7 @@ class Shapes:
     def __init__(self, bodies):
         self.vertices = padded([body.vertices for body in bodies])
         self.normals = padded([body.normals for body in bodies])
-        self.offsets = padded([body.offsets for body in bodies])
+        self.offsets = padded([body.offsets for body in bodies], ())
         self.centre = np.array([body.volume_and_centroid[1] for body in bodies]).reshape(-1, 3)
         # Radii of the spheres about the centre that lie within the body, and around it.
         heights = self.offsets - turned(self.normals, self.centre)

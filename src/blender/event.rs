@@ -19,7 +19,7 @@ pub enum Event {
     },
     /// How far a stage has come.
     Progress {
-        /// `model`, `dust`, `drop`, `check` or `export`.
+        /// `model`, `dust`, `drop`, `check` or `export` of a bed; `bed` when one of several is done.
         stage: String,
         /// Steps done.
         done: u64,

@@ -22,7 +22,7 @@ pub use error::BlenderError;
 pub use event::{Event, Trouble};
 pub use find::{Attempt, Outcome, Search, VARIABLE, find};
 pub use run::{Finished, Job};
-pub use scripts::SCRIPTS;
+pub use scripts::{SCRIPTS, sha256 as scripts_sha256};
 pub use version::Version;
 
 /// How a Blender is started.

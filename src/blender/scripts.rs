@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use sha2::{Digest, Sha256};
+
 use crate::output::{self, OutputError};
 
 macro_rules! scripts {
@@ -49,6 +51,11 @@ pub const SCRIPTS: &[(&str, &str)] = scripts![
     "soilsig_blender/solids.py",
     "soilsig_blender/sphere.py",
 ];
+
+/// SHA-256 of all scripts.
+pub fn sha256() -> String {
+    output::hex(&Sha256::digest(serde_json::to_vec(SCRIPTS).expect("plain data")))
+}
 
 /// Writes all scripts into a folder.
 pub(super) fn unpack(folder: &Path) -> Result<(), OutputError> {

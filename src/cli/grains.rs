@@ -6,7 +6,7 @@ use soilsig::cache::Cache;
 use soilsig::error::Error;
 use soilsig::grains::{self, Options};
 
-use super::{print, utf8_path};
+use super::{InBlender, print, utf8_path};
 
 /// Models bare grains of every shape and measures them against what is asked of the shape
 #[derive(clap::Args)]
@@ -20,15 +20,8 @@ pub struct Args {
     /// Bodies of each shape
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=1000))]
     variants: u32,
-    /// Blender to use: its executable, or a Python that can import bpy
-    #[arg(long, value_name = "PATH", value_parser = utf8_path())]
-    blender: Option<PathBuf>,
-    /// Longest that Blender may take, seconds
-    #[arg(long, value_name = "S", default_value_t = 600)]
-    blender_timeout: u64,
-    /// Make everything anew
-    #[arg(long)]
-    no_cache: bool,
+    #[command(flatten)]
+    in_blender: InBlender,
     /// Print the report (grains.json) instead of the table
     #[arg(long)]
     json: bool,
@@ -38,18 +31,10 @@ pub fn run(args: &Args, cache: &Cache) -> Result<(), Error> {
     let options = Options {
         seed: args.seed,
         variants: args.variants,
-        blender: args.blender.clone(),
-        blender_timeout_s: args.blender_timeout,
+        blender: args.in_blender.blender(),
+        blender_timeout_s: args.in_blender.blender_timeout,
     };
-    let report = if args.no_cache {
-        let folder = tempfile::tempdir().map_err(|source| soilsig::output::OutputError {
-            path: std::env::temp_dir(),
-            source,
-        })?;
-        grains::make(&options, &args.out, &cache.other_results(folder.path().to_owned()))?
-    } else {
-        grains::make(&options, &args.out, cache)?
-    };
+    let report = args.in_blender.run(cache, |cache| grains::make(&options, &args.out, cache))?;
     if args.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&report).expect("plain data")))
     } else {

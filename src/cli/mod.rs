@@ -63,6 +63,45 @@ impl Bands {
     }
 }
 
+/// How Blender is run, and whether for what is there already.
+#[derive(Args)]
+struct InBlender {
+    /// Blender to use: its executable, or a Python that can import bpy
+    #[arg(long, value_name = "PATH", value_parser = utf8_path())]
+    blender: Option<PathBuf>,
+    /// Longest that Blender may take, seconds
+    #[arg(long, value_name = "S", default_value_t = 600)]
+    blender_timeout: u64,
+    /// Make everything anew
+    #[arg(long)]
+    no_cache: bool,
+}
+
+impl InBlender {
+    /// The Blender asked for. A path is made absolute, so that a record holds elsewhere; a name is looked up
+    /// on PATH.
+    fn blender(&self) -> Option<PathBuf> {
+        self.blender.as_ref().map(|path| match path.components().count() {
+            1 => path.clone(),
+            _ => std::path::absolute(path).unwrap_or(path.clone()),
+        })
+    }
+
+    /// Does the work with the cache, or with an empty one of its own.
+    fn run<T>(
+        &self,
+        cache: &Cache,
+        work: impl FnOnce(&Cache) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        if !self.no_cache {
+            return work(cache);
+        }
+        let folder = tempfile::tempdir()
+            .map_err(|source| OutputError { path: std::env::temp_dir(), source })?;
+        work(&cache.other_results(folder.path().to_owned()))
+    }
+}
+
 /// When a trace is enough.
 #[derive(Args)]
 struct Enough {

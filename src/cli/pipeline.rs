@@ -7,7 +7,7 @@ use soilsig::error::Status;
 use soilsig::pipeline::{self, Options, Source};
 use soilsig::words;
 
-use super::{Bands, Enough, Outcome, command_line, print, utf8_path};
+use super::{Bands, Enough, InBlender, Outcome, command_line, print, utf8_path};
 
 /// Models and drops the grains in Blender, traces the bed, writes its signature
 #[derive(clap::Args)]
@@ -31,15 +31,8 @@ pub struct Args {
     /// Export the settled patch as one flat .obj too
     #[arg(long)]
     patch_obj: bool,
-    /// Blender to use: its executable, or a Python that can import bpy
-    #[arg(long, value_name = "PATH", value_parser = utf8_path())]
-    blender: Option<PathBuf>,
-    /// Longest that Blender may take, seconds
-    #[arg(long, value_name = "S", default_value_t = 600)]
-    blender_timeout: u64,
-    /// Make everything anew
-    #[arg(long)]
-    no_cache: bool,
+    #[command(flatten)]
+    in_blender: InBlender,
     /// Print the record of the run (run.json) on standard output
     #[arg(long)]
     json: bool,
@@ -74,24 +67,13 @@ pub fn run(args: &Args, cache: &Cache) -> Outcome {
         max_paths: args.enough.max_paths,
         grid: args.bands.grid(),
         patch_obj: args.patch_obj,
-        // A path is made absolute, so that the record holds elsewhere; a name is looked up on PATH.
-        blender: args.blender.as_ref().map(|path| match path.components().count() {
-            1 => path.clone(),
-            _ => std::path::absolute(path).unwrap_or(path.clone()),
-        }),
-        blender_timeout_s: args.blender_timeout,
+        blender: args.in_blender.blender(),
+        blender_timeout_s: args.in_blender.blender_timeout,
     };
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(name));
     let command = command_line();
-    let record = if args.no_cache {
-        let folder = tempfile::tempdir().map_err(|source| soilsig::output::OutputError {
-            path: std::env::temp_dir(),
-            source,
-        })?;
-        pipeline::run(&options, command, &out, &cache.other_results(folder.path().to_owned()))?
-    } else {
-        pipeline::run(&options, command, &out, cache)?
-    };
+    let record =
+        args.in_blender.run(cache, |cache| pipeline::run(&options, command, &out, cache))?;
     if args.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&record).expect("plain data")))?;
     } else {
