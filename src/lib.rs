@@ -34,6 +34,7 @@ pub mod blender;
 pub mod bvh;
 pub mod cache;
 pub mod coverage;
+mod field;
 pub mod geometry;
 pub mod grains;
 pub mod ingest;

@@ -8,19 +8,15 @@ use rayon::prelude::*;
 
 use crate::bvh::{Accelerator, ROUNDING};
 use crate::error::Error;
-use crate::geometry::{Bed, Domain};
+use crate::field::{Field, Meets, Ray};
+use crate::geometry::Bed;
 use crate::interrupt;
 use crate::random::{Purpose, Source, Stream};
-use crate::scene::Sides;
 use crate::tally::Tally;
 
 /// Paths that one thread traces at a go. Fixed, so that the work is cut the same way for any number of
 /// threads.
 const BLOCK: u64 = 1024;
-
-/// Reflections at the domain's mirror sides between two hits after which a path is given up as
-/// trapped: a level ray through an empty gap could go on for ever.
-const MOST_MIRRORS: u32 = 10_000;
 
 /// A bed made ready for tracing.
 pub struct Tracer {
@@ -29,40 +25,7 @@ pub struct Tracer {
     /// Distance by which a ray's origin is lifted off each mesh, um.
     lift_um: Vec<f64>,
     max_bounces: u16,
-    footprint: Footprint,
-}
-
-/// The parallelogram from which the sensor's rays start.
-pub(crate) struct Footprint {
-    pub(crate) corner: DVec3,
-    pub(crate) right: DVec3,
-    pub(crate) up: DVec3,
-}
-
-impl Footprint {
-    /// Within mirror sides the plan of the domain at its top: the bed goes on beyond it, so any part of
-    /// its plan sees the same. In the open a rectangle across the line of sight that covers all of
-    /// the domain's box, so that the target is seen whole from any side.
-    pub(crate) fn new(domain: &Domain, to_sensor: DVec3) -> Self {
-        let (min, max) = (domain.min_um, domain.max_um);
-        let size = max - min;
-        if domain.sides == Sides::Mirror {
-            let corner = DVec3::new(min.x, min.y, max.z);
-            return Self { corner, right: size.x * DVec3::X, up: size.y * DVec3::Y };
-        }
-        let level = DVec3::Z.cross(to_sensor);
-        let right = if level.length() > 1e-9 { level.normalize() } else { DVec3::X };
-        let up = to_sensor.cross(right);
-        let middle = (min + max) / 2.0;
-        // Half the extent of the box along a unit vector.
-        let reach = |axis: DVec3| (size.dot(axis.abs())) / 2.0;
-        let corner = middle + reach(to_sensor) * to_sensor - reach(right) * right - reach(up) * up;
-        Self { corner, right: 2.0 * reach(right) * right, up: 2.0 * reach(up) * up }
-    }
-
-    fn at(&self, [u, v]: [f64; 2]) -> DVec3 {
-        self.corner + u * self.right + v * self.up
-    }
+    field: Field,
 }
 
 /// What became of a ray.
@@ -105,8 +68,8 @@ impl Tracer {
                 extent * scale * ROUNDING
             })
             .collect();
-        let footprint = Footprint::new(&bed.domain, bed.to_sensor);
-        Self { bed, accelerator, lift_um, max_bounces, footprint }
+        let field = Field::new(&bed);
+        Self { bed, accelerator, lift_um, max_bounces, field }
     }
 
     /// The bed that is traced.
@@ -154,12 +117,11 @@ impl Tracer {
 
     /// One path, from the sensor until it leaves for the sky or is given up.
     fn path(&self, random: &mut Stream, tally: &mut Tally) {
-        let mut origin = self.footprint.at(random.pair());
-        let mut direction = -self.bed.to_sensor;
+        let mut ray = self.field.start(random.pair());
         let mut left = None;
         tally.begin();
         loop {
-            match self.next(origin, direction) {
+            match self.next(&mut ray) {
                 Event::Sky { downward } => return tally.escaped(downward),
                 Event::Lost => return tally.trapped(),
                 Event::Inside { mesh } => return tally.buried(left, mesh),
@@ -168,62 +130,26 @@ impl Tracer {
                     if tally.hit(material) >= self.max_bounces {
                         return tally.trapped();
                     }
-                    origin = point;
-                    direction = cosine_direction(normal, random.pair());
+                    ray.origin = point;
+                    ray.direction = cosine_direction(normal, random.pair());
                 }
             }
         }
     }
 
-    /// Follows a ray to the next surface, through the mirrors at the domain's sides.
-    fn next(&self, mut origin: DVec3, mut direction: DVec3) -> Event {
-        for _ in 0..MOST_MIRRORS {
-            let (t_exit, exit) = self.exit(origin, direction);
-            if let Some(hit) = self.accelerator.closest(origin, direction, t_exit) {
-                return self.at_mesh(hit.placement, hit.triangle, hit.weights, direction);
+    /// Follows a ray to the next surface.
+    fn next(&self, ray: &mut Ray) -> Event {
+        let closest = |ray: &Ray, t_max| self.accelerator.closest(ray.origin, ray.direction, t_max);
+        match self.field.follow(ray, closest) {
+            Meets::Mesh(hit) => {
+                self.at_mesh(hit.placement, hit.triangle, hit.weights, ray.direction)
             }
-            origin += t_exit * direction;
-            match exit {
-                Exit::Sky => return Event::Sky { downward: direction.z < 0.0 },
-                Exit::Floor(z_um, material) => {
-                    // The floor is above everything below it by decree: no lift is needed to stay off it.
-                    let point = DVec3::new(origin.x, origin.y, z_um);
-                    let normal = if direction.z < 0.0 { DVec3::Z } else { -DVec3::Z };
-                    return Event::Hit { mesh: None, material, point, normal };
-                }
-                Exit::Mirror { axis, at_um } => {
-                    origin[axis] = at_um;
-                    direction[axis] = -direction[axis];
-                }
+            Meets::Plane { material, point, normal } => {
+                Event::Hit { mesh: None, material, point, normal }
             }
+            Meets::Sky { downward } => Event::Sky { downward },
+            Meets::Lost => Event::Lost,
         }
-        Event::Lost
-    }
-
-    /// Where a ray that meets no mesh leaves the domain.
-    fn exit(&self, origin: DVec3, direction: DVec3) -> (f64, Exit) {
-        let Domain { min_um: min, max_um: max, sides, floor } = self.bed.domain;
-        let mut nearest = (f64::INFINITY, Exit::Sky);
-        if let Some((z_um, material)) = floor {
-            let t = (z_um - origin.z) / direction.z;
-            if t > 0.0 {
-                nearest = (t, Exit::Floor(z_um, material));
-            }
-        }
-        if sides == Sides::Mirror {
-            for axis in 0..3 {
-                if direction[axis] == 0.0 {
-                    continue;
-                }
-                let at_um = if direction[axis] > 0.0 { max[axis] } else { min[axis] };
-                let t = ((at_um - origin[axis]) / direction[axis]).max(0.0);
-                if t < nearest.0 {
-                    let exit = if axis == 2 { Exit::Sky } else { Exit::Mirror { axis, at_um } };
-                    nearest = (t, exit);
-                }
-            }
-        }
-        nearest
     }
 
     /// The hit point to double precision, lifted off the surface, and the normal on the ray's side.
@@ -259,13 +185,13 @@ impl Tracer {
 
     /// Width and height of the sensor's view, um.
     pub fn view_um(&self) -> [f64; 2] {
-        [self.footprint.right.length(), self.footprint.up.length()]
+        self.field.view_um()
     }
 
     /// What the sensor sees at a place of its view, 0 to 1 from the left and from below: the material
     /// and the cosine between the facet's normal and the direction to the sensor.
     pub fn look(&self, place: [f64; 2]) -> Option<(u16, f64)> {
-        match self.next(self.footprint.at(place), -self.bed.to_sensor) {
+        match self.next(&mut self.field.start(place)) {
             Event::Hit { material, normal, .. } => Some((material, normal.dot(self.bed.to_sensor))),
             Event::Sky { .. } | Event::Lost | Event::Inside { .. } => None,
         }
@@ -273,18 +199,11 @@ impl Tracer {
 
     /// The mesh, unless it is the floor, and the material that the sensor sees at a place of its view.
     pub fn first(&self, place: [f64; 2]) -> Option<(Option<usize>, u16)> {
-        match self.next(self.footprint.at(place), -self.bed.to_sensor) {
+        match self.next(&mut self.field.start(place)) {
             Event::Hit { mesh, material, .. } => Some((mesh, material)),
             Event::Sky { .. } | Event::Lost | Event::Inside { .. } => None,
         }
     }
-}
-
-/// How a ray leaves the domain.
-enum Exit {
-    Sky,
-    Floor(f64, u16),
-    Mirror { axis: usize, at_um: f64 },
 }
 
 /// A direction about the normal with density cos / pi.

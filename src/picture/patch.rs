@@ -10,9 +10,9 @@ use super::render::{Rendered, Style, render};
 use super::stage::Stage;
 use super::{Look, Source, tray};
 use crate::error::Error;
+use crate::field::Footprint;
 use crate::geometry::Bed;
 use crate::output;
-use crate::tracer::Footprint;
 
 /// Pixels along the width of the sensor's view.
 const WIDTH: usize = 640;

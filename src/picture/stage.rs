@@ -264,10 +264,11 @@ fn body<'a>(shapes: &[Arc<Shape<'a>>], placement: &Placement) -> Body<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::field::Footprint;
     use crate::geometry;
     use crate::picture::Source;
     use crate::scene::View;
-    use crate::tracer::{Footprint, Tracer};
+    use crate::tracer::Tracer;
 
     /// The depth buffer and the ray tracer know nothing of each other.
     #[test]
