@@ -41,7 +41,7 @@ pub fn measure(tracer: &Tracer, materials: &[&str], seed: u64) -> BTreeMap<Strin
     let rays = (SILHOUETTE_RAYS / meshes.len().max(1) as u64).clamp(FEWEST, MOST);
     let view: Vec<_> = (0..VIEW_RAYS)
         .into_par_iter()
-        .filter_map(|number| tracer.first(source.path(number).pair()))
+        .filter_map(|number| tracer.first(source.stream(number).pair()))
         .collect();
     let mut covers: BTreeMap<String, Cover> = BTreeMap::new();
     for name in meshes.iter().map(|mesh| &mesh.name) {
@@ -75,7 +75,7 @@ fn silhouette(tracer: &Tracer, mesh: usize, rays: u64, source: &Source) -> Vec<u
         .into_par_iter()
         .filter_map(|number| {
             // Meshes and the view have numbers of their own.
-            let mut random = source.path((mesh as u64 + 1) << 32 | number);
+            let mut random = source.stream((mesh as u64 + 1) << 32 | number);
             let direction = even_direction(random.pair());
             let (right, up) = direction.any_orthonormal_pair();
             let [u, v] = random.pair();

@@ -9,7 +9,8 @@
 //! | bare grains, their descriptors and picture | [`grains`] |
 //! | `.obj` and `.gltf` into meshes and instances | [`ingest`], [`geometry`] |
 //! | closest hits through two levels of bounding volumes | [`bvh`] |
-//! | backward paths into counts of hits per material | [`tracer`], [`table`] |
+//! | backward paths into counts of what they hit | [`course`], [`tracer`], [`tally`] |
+//! | the counts, kept and evaluated | [`table`], [`histogram`] |
 //! | when the rays are enough | [`stop`] |
 //! | emissivity of a facet | [`spectrum`], [`optics`] |
 //! | the mean over packings and its error | [`packings`] |
@@ -33,11 +34,14 @@ pub mod beds;
 pub mod blender;
 pub mod bvh;
 pub mod cache;
+pub mod course;
 pub mod coverage;
 mod field;
 pub mod geometry;
 pub mod grains;
+pub mod histogram;
 pub mod ingest;
+pub mod merge;
 pub mod optics;
 pub mod packings;
 pub mod picture;

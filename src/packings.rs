@@ -6,17 +6,17 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use crate::table::{Table, Weight, Z_95};
+use crate::histogram::{Mean, T_95};
+use crate::table::Table;
 
-/// What packings say of the emissivity in one band.
+/// What packings say of a quantity in one band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// Mean over the packings.
-    pub emissivity: f64,
+    /// Mean over the packings, which all weigh alike.
+    pub mean: f64,
     /// Standard error of the mean, from the spread between packings; of a single packing from its rays.
     pub standard_error: f64,
-    /// Half-width of the 95 % interval, by Student's t where there are several packings. What paths given
-    /// up leave open is in it.
+    /// Half-width of the 95 % interval, by Student's t. What paths given up leave open is in it.
     pub half_width: f64,
     /// What of the standard error the rays make.
     pub rays_standard_error: f64,
@@ -27,15 +27,14 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// The estimate for one reflectance of each material. All packings weigh alike.
-    pub fn new(packings: &[Table], reflectance: &[f64]) -> Self {
-        let weights: Vec<Weight> = packings.iter().map(|p| p.weight(reflectance)).collect();
-        let n = weights.len() as f64;
-        let mean = weights.iter().map(|w| w.mean).sum::<f64>() / n;
-        let trapped = weights.iter().map(|w| w.trapped).sum::<f64>() / n;
-        let rays = weights.iter().map(|w| w.standard_error.powi(2)).sum::<f64>().sqrt() / n;
+    /// The estimate from each packing's own mean.
+    pub fn of(packings: &[Mean]) -> Self {
+        let n = packings.len() as f64;
+        let mean = packings.iter().map(|p| p.mean).sum::<f64>() / n;
+        let trapped = packings.iter().map(|p| p.trapped).sum::<f64>() / n;
+        let rays = packings.iter().map(|p| p.standard_error.powi(2)).sum::<f64>().sqrt() / n;
         let (spread, standard_error) = if packings.len() > 1 {
-            let squares: f64 = weights.iter().map(|w| (w.mean - mean).powi(2)).sum();
+            let squares: f64 = packings.iter().map(|p| (p.mean - mean).powi(2)).sum();
             let spread = (squares / (n - 1.0)).sqrt();
             // Packings that happen to agree are no surer than their rays.
             (Some(spread), (spread / n.sqrt()).max(rays))
@@ -43,7 +42,7 @@ impl Estimate {
             (None, rays)
         };
         Self {
-            emissivity: 1.0 - mean,
+            mean,
             standard_error,
             half_width: quantile_95(packings.len()) * standard_error + trapped,
             rays_standard_error: rays,
@@ -51,13 +50,22 @@ impl Estimate {
             trapped,
         }
     }
+
+    /// The emissivity for one reflectance of each symbol of the tables.
+    pub fn emissivity(packings: &[Table], reflectance: &[f64]) -> Self {
+        let of = |packing: &Table| {
+            let weight = packing.weight(reflectance);
+            Mean { mean: 1.0 - weight.mean, ..weight }
+        };
+        Self::of(&packings.iter().map(of).collect::<Vec<_>>())
+    }
 }
 
-/// Quantile for two-sided 95 %: Student's t with one degree of freedom less than there are packings, or the
-/// normal one where a single packing is known by its rays alone.
+/// Quantile for two-sided 95 %: Student's t with one degree of freedom less than there are packings, or than there
+/// are replicates where a single packing is known by its rays alone.
 pub fn quantile_95(packings: usize) -> f64 {
     if packings < 2 {
-        return Z_95;
+        return T_95;
     }
     let t =
         StudentsT::new(0.0, 1.0, (packings - 1) as f64).expect("at least one degree of freedom");
@@ -88,6 +96,7 @@ pub fn wanted(spread: f64, half_width: f64) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::REPLICATES;
 
     #[test]
     fn quantiles_are_those_of_the_tables() {
@@ -96,6 +105,7 @@ mod tests {
         {
             assert!((quantile_95(packings) - t).abs() < 1e-4, "{packings}");
         }
+        assert!((quantile_95(REPLICATES) - T_95).abs() < 1e-6);
     }
 
     #[test]

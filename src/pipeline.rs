@@ -11,6 +11,7 @@ use sha2::{Digest, Sha256};
 use crate::beds::Order;
 use crate::blender;
 use crate::cache::{Cache, Made};
+use crate::course::Course;
 use crate::error::Error;
 use crate::ingest;
 use crate::output;
@@ -55,6 +56,9 @@ pub struct Options {
     pub tolerance: f64,
     /// Most paths for a packing.
     pub max_paths: u64,
+    /// Longest that the trace of a packing may take, seconds.
+    #[serde(default)]
+    pub max_seconds: Option<f64>,
     /// The bands.
     pub grid: Grid,
     /// Whether the settled patch is exported flat as well.
@@ -163,7 +167,9 @@ impl Run<'_> {
         // Whatever is wrong with the spectra is known before Blender is started.
         let wavelengths_um = self.options.grid.wavelengths_um();
         let materials = trace::materials(&scene, path)?;
-        trace::bands(&materials, &wavelengths_um, path)?;
+        let spectra: Vec<_> = materials.iter().map(|m| &m.spectrum).collect();
+        let kept = Course::new(&scene, &spectra).kept;
+        trace::bands(&materials, kept, &wavelengths_um, path)?;
         for material in &scene.materials {
             if let SpectrumSource::File(file) = &material.spectrum {
                 let file = path.parent().unwrap_or(Path::new("")).join(file);
@@ -188,7 +194,7 @@ impl Run<'_> {
                 vec![Bed { scene: scene.clone(), path: path.to_owned(), tracer: None }]
             }
         };
-        let tables = self.trace(&mut beds, &wavelengths_um)?;
+        let tables = self.trace(&mut beds)?;
         let bands = self.signature(&scene, &tables, &wavelengths_um)?;
         self.picture(&mut beds[0], &tables[0])?;
         let reached = report::reached(&tables, &bands, self.options.tolerance);
@@ -328,13 +334,14 @@ impl Run<'_> {
 
     /// Every packing into a table of its own. Together their rays are to make no more than half of the
     /// tolerance where there are several packings, whose spread needs the rest.
-    fn trace(&mut self, beds: &mut [Bed], wavelengths_um: &[f64]) -> Result<Vec<Table>, Error> {
+    fn trace(&mut self, beds: &mut [Bed]) -> Result<Vec<Table>, Error> {
         let step = Step::new(&self.key("trace"));
         let tolerance = match beds.len() {
             1 => self.options.tolerance,
             n => (self.options.tolerance * (n as f64).sqrt() / 2.0).min(0.5),
         };
-        let target = Target { tolerance, max_paths: self.options.max_paths };
+        let Options { max_paths, max_seconds, .. } = *self.options;
+        let target = Target { tolerance, max_paths, max_seconds, exactly: None };
         let (cache, grid, number) = (self.cache, &self.options.grid, beds.len());
         // Side by side, since much of reading a bed is the work of one thread.
         let made: Vec<Made> = beds
@@ -349,7 +356,7 @@ impl Run<'_> {
                     let tracer = ready(&mut bed.tracer, &bed.scene, &bed.path)?;
                     let on = |done, of| step.at(done, of, &what);
                     let (scene, path) = (&bed.scene, &bed.path);
-                    let table = trace::trace(tracer, scene, path, wavelengths_um, target, &on)?;
+                    let table = trace::trace(tracer, scene, path, grid, target, None, &on)?;
                     Ok(table.write(&folder.join("table.json"))?)
                 })?;
                 if i > 0 {

@@ -1,8 +1,23 @@
-//! Random numbers that depend on nothing but a seed and a path's number: any thread may trace any
-//! path, and the result is the same.
+//! Random numbers that depend on nothing but a seed and a path's number: any thread, and any machine, may
+//! trace any path, and the result is the same.
+//!
+//! Paths take theirs from a low-discrepancy sequence, which covers the space of paths more evenly than
+//! independent numbers do. Its error cannot be told from its own points, so they come in
+//! [`REPLICATES`] that are scrambled independently of each other: the spread between the replicates' means
+//! is the error. All else takes independent numbers.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+
+/// Independent scramblings among which the paths of a trace are dealt out.
+///
+/// Student's t with 31 degrees of freedom widens a 95 % interval by 4 %; fewer replicates would hold longer
+/// sequences, which are more even, but know less of their spread.
+pub const REPLICATES: usize = 32;
+
+/// Points of a sequence, of which [`sobol_burley`] makes no more; beyond it a replicate goes on with another
+/// scrambling.
+const SEQUENCE: u64 = 1 << 16;
 
 /// What the numbers are for: different purposes never share any.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,11 +33,74 @@ pub enum Purpose {
     Coverage = 3,
 }
 
-/// The generators of all paths of one seed and purpose.
+/// The points of all paths of one seed and purpose: Sobol' sequences with Owen's scrambling by hashes
+/// (Burley, J. Comput. Graph. Tech. 9(4), 2020), one for each replicate.
+#[derive(Debug, Clone)]
+pub struct Points {
+    source: Source,
+}
+
+/// The coordinates of one path's point, two for its start and two for each bounce.
+#[derive(Debug)]
+pub struct Point {
+    index: u32,
+    scrambling: u32,
+    set: u32,
+    /// The second pair of a set of four.
+    held: Option<[f32; 2]>,
+}
+
+impl Points {
+    /// The points of a seed.
+    pub fn new(seed: u64, purpose: Purpose) -> Self {
+        Self { source: Source::new(seed, purpose) }
+    }
+
+    /// The scrambling of each replicate for the paths whose numbers are in that stretch of the sequence.
+    fn scramblings(&self, stretch: u64) -> [u32; REPLICATES] {
+        let mut rng = self.source.stream(stretch).0;
+        std::array::from_fn(|_| rng.next_u32())
+    }
+
+    /// The points of the paths `first..end`, with the replicate that each belongs to.
+    pub fn of(&self, first: u64, end: u64) -> impl Iterator<Item = (usize, Point)> {
+        let mut stretch = u64::MAX;
+        let mut scramblings = [0; REPLICATES];
+        (first..end).map(move |number| {
+            let replicate = (number % REPLICATES as u64) as usize;
+            let index = number / REPLICATES as u64;
+            if index / SEQUENCE != stretch {
+                stretch = index / SEQUENCE;
+                scramblings = self.scramblings(stretch);
+            }
+            let index = (index % SEQUENCE) as u32;
+            (replicate, Point { index, scrambling: scramblings[replicate], set: 0, held: None })
+        })
+    }
+}
+
+impl Point {
+    /// The next two coordinates, in [0, 1), of 24 bits each.
+    pub fn pair(&mut self) -> [f64; 2] {
+        let pair = self.held.take().unwrap_or_else(|| {
+            // More dimensions than the sequence has are those of another one.
+            let (round, set) =
+                (self.set / sobol_burley::NUM_DIMENSION_SETS_4D, self.set % sobol_burley::NUM_DIMENSION_SETS_4D);
+            let [a, b, c, d] =
+                sobol_burley::sample_4d(self.index, set, self.scrambling.wrapping_add(round));
+            self.set += 1;
+            self.held = Some([c, d]);
+            [a, b]
+        });
+        pair.map(f64::from)
+    }
+}
+
+/// Generators of independent numbers of one seed and purpose.
 #[derive(Debug, Clone)]
 pub struct Source(ChaCha8Rng);
 
-/// The random numbers of one path.
+/// Independent numbers of one of a purpose's things.
 #[derive(Debug)]
 pub struct Stream(ChaCha8Rng);
 
@@ -35,8 +113,8 @@ impl Source {
         Self(ChaCha8Rng::from_seed(key))
     }
 
-    /// The numbers of the path of that number.
-    pub fn path(&self, number: u64) -> Stream {
+    /// The numbers of the thing of that number.
+    pub fn stream(&self, number: u64) -> Stream {
         let mut rng = self.0.clone();
         rng.set_stream(number);
         Stream(rng)
@@ -57,7 +135,7 @@ pub fn seed_of(seed: u64, packing: usize) -> u64 {
     if packing == 0 {
         return seed;
     }
-    let mut rng = Source::new(seed, Purpose::Packing).path(packing as u64).0;
+    let mut rng = Source::new(seed, Purpose::Packing).stream(packing as u64).0;
     rng.next_u64() >> 11
 }
 
@@ -67,7 +145,7 @@ mod tests {
 
     #[test]
     fn paths_and_purposes_have_numbers_of_their_own() {
-        let of = |seed, purpose, path| Source::new(seed, purpose).path(path).pair();
+        let of = |seed, purpose, path| Source::new(seed, purpose).stream(path).pair();
         let first = of(1, Purpose::Result, 0);
         assert_eq!(first, of(1, Purpose::Result, 0));
         for other in
@@ -92,7 +170,7 @@ mod tests {
     fn numbers_are_uniform_in_mean_and_spread() {
         let n = 100_000;
         let source = Source::new(7, Purpose::Result);
-        let values: Vec<f64> = (0..n).flat_map(|path| source.path(path).pair()).collect();
+        let values: Vec<f64> = (0..n).flat_map(|path| source.stream(path).pair()).collect();
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         let var = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64;
         assert!((mean - 0.5).abs() < 0.003, "{mean}");

@@ -11,6 +11,8 @@ use crate::error::Error;
 use crate::features::Features;
 use crate::output;
 use crate::pipeline::Options;
+use crate::table::Ended;
+use crate::tally::Kept;
 
 /// The format's version, the value of `soilsig_run`.
 pub const FORMAT: u32 = 1;
@@ -125,6 +127,10 @@ pub struct Reached {
     pub escaped_downward: f64,
     /// Share of paths given up.
     pub trapped: f64,
+    /// What of each path's course was kept.
+    pub kept: Kept,
+    /// What ended the trace of the first packing.
+    pub ended_by: Ended,
     /// Share of paths given up inside a solid; they are among the trapped.
     pub inside: f64,
     /// Most that any band's emissivity changes between a black and a white floor.

@@ -12,9 +12,8 @@ use crate::output;
 use crate::packings::{Estimate, half_width, wanted};
 use crate::plot::{self, Chart, Curve};
 use crate::record::{FeatureErrors, Reached};
-use crate::signature::{Band, evaluate, reflectances};
-use crate::spectrum::Spectrum;
-use crate::table::Table;
+use crate::signature::{Band, evaluate};
+use crate::table::{Table, TableMaterial};
 
 /// Pixels of a PNG in one unit of the chart.
 pub const PIXELS_PER_UNIT: f32 = 2.0;
@@ -27,7 +26,7 @@ pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
         packings.iter().map(count).sum::<u64>() as f64 / paths as f64
     };
     let wavelengths: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
-    let emissivity: Vec<f64> = bands.iter().map(|band| band.emissivity.emissivity).collect();
+    let emissivity: Vec<f64> = bands.iter().map(|band| band.emissivity.mean).collect();
     let widest = bands
         .iter()
         .max_by(|a, b| a.emissivity.half_width.total_cmp(&b.emissivity.half_width))
@@ -61,7 +60,9 @@ pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
         coverage: coverage::mean(&packings.iter().map(|t| &t.coverage).collect::<Vec<_>>()),
         missed: share(&|table| table.missed),
         escaped_downward: share(&|table| table.escaped_downward),
-        trapped: share(&|table| table.trapped.iter().map(|(_, count)| count).sum()),
+        trapped: share(&|table| table.histogram.given_up()),
+        kept: packings[0].histogram.kept,
+        ended_by: packings[0].stop.ended_by,
         inside: share(&|table| table.inside.iter().map(|inside| inside.paths).sum()),
         floor_effect: floor_effect(packings, bands),
         features: features(&wavelengths, &emissivity),
@@ -78,7 +79,7 @@ fn feature_errors(packings: &[Table], wavelengths_um: &[f64]) -> Option<FeatureE
         .iter()
         .map(|packing| {
             let bands = evaluate(std::slice::from_ref(packing), wavelengths_um).ok()?;
-            let curve: Vec<f64> = bands.iter().map(|band| band.emissivity.emissivity).collect();
+            let curve: Vec<f64> = bands.iter().map(|band| band.emissivity.mean).collect();
             Some(features(wavelengths_um, &curve))
         })
         .collect::<Option<_>>()?;
@@ -98,12 +99,12 @@ fn floor_effect(packings: &[Table], bands: &[Band]) -> Option<f64> {
     let table = &packings[0];
     let floor = table.floor?;
     let wavelengths: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
-    let spectra: Vec<&Spectrum> = table.materials.iter().map(|m| &m.spectrum).collect();
-    let reflectances = reflectances(&spectra, &wavelengths).ok()?;
+    let cosines = usize::from(table.histogram.kept.cosines);
+    let reflectances = table.reflectances(&wavelengths).ok()?;
     let effect = reflectances.into_par_iter().map(|mut reflectance| {
         let [black, white] = [0.0, 1.0].map(|rho| {
-            reflectance[floor] = rho;
-            Estimate::new(packings, &reflectance).emissivity
+            reflectance[floor * cosines..(floor + 1) * cosines].fill(rho);
+            Estimate::emissivity(packings, &reflectance).mean
         });
         black - white
     });
@@ -128,8 +129,10 @@ pub fn chart(
         n => format!("The bands are 95 % intervals over {n} packings."),
     };
     let mut caption = vec![format!(
-        "Traced, Lambertian facets, {} K, view {}° from nadir, {paths} paths. {interval}",
-        table.temperature_k, table.view.zenith_deg,
+        "Traced, {} facets, {} K, view {}° from nadir, {paths} paths. {interval}",
+        facets(table),
+        table.temperature_k,
+        table.view.zenith_deg,
     )];
     let mut spectra: Vec<String> = Vec::new();
     for material in &table.materials {
@@ -145,6 +148,16 @@ pub fn chart(
         .collect();
     caption.push(format!("{}, seed {}", versions.join(", "), table.seed));
     Chart { title: title.to_owned(), caption, curves, mark_features: true }
+}
+
+/// How the facets of a table's materials reflect.
+fn facets(table: &Table) -> &'static str {
+    let specular = |m: &TableMaterial| m.specular > 0.0 || m.spectrum.is_angular();
+    match table.materials.iter().filter(|m| specular(m)).count() {
+        0 => "Lambertian",
+        n if n == table.materials.len() => "specular",
+        _ => "Lambertian and specular",
+    }
 }
 
 /// Writes a chart as `STEM.svg` and `STEM.png`.

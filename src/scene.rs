@@ -89,12 +89,12 @@ pub struct Scene {
     pub description: Option<String>,
     /// Seed of the ray tracing (a packing has its own).
     pub seed: u64,
-    /// Temperature of everything in the scene, kelvin, above 0.
+    /// Temperature of everything that has none of its own, kelvin, above 0.
     pub temperature_k: f64,
-    /// Temperature of a grey isotropic sky, kelvin; without it the sky is cold and black
-    /// (`l_downwelling` = 0), as in the paper.
+    /// Temperature of a grey sky, kelvin; without it the sky is cold and black (`l_downwelling` = 0), as in the
+    /// paper.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sky_temperature_k: Option<f64>,
+    pub sky_temperature_k: Option<Sky>,
     /// Where the sensor looks from.
     pub view: View,
     /// What surfaces are made of: one entry for each size class of each mineral, in the order in
@@ -123,6 +123,68 @@ pub struct Material {
     pub name: String,
     /// Emissivity of a facet against wavelength.
     pub spectrum: SpectrumSource,
+    /// Its own temperature, kelvin, in place of the scene's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature_k: Option<f64>,
+    /// Share of its reflectance that is specular, 0 to 1; the rest is Lambertian.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub specular: f64,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+pub(crate) fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+/// Temperature of the sky.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Sky {
+    /// The same in all directions, kelvin.
+    Isotropic(f64),
+    /// By zenith angle: points in ascending order from 0 to 90 degrees, with straight lines between them.
+    ByZenith(Vec<SkyPoint>),
+}
+
+/// Temperature of the sky at a zenith angle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SkyPoint {
+    /// Angle from the vertical, degrees.
+    pub zenith_deg: f64,
+    /// Temperature, kelvin.
+    pub temperature_k: f64,
+}
+
+impl Sky {
+    /// The temperature at a zenith angle from 0 to 90 degrees.
+    pub fn temperature_k(&self, zenith_deg: f64) -> f64 {
+        match self {
+            Self::Isotropic(kelvin) => *kelvin,
+            Self::ByZenith(points) => {
+                let above = points.partition_point(|p| p.zenith_deg < zenith_deg).clamp(1, points.len() - 1);
+                let [a, b] = [points[above - 1], points[above]];
+                let share = (zenith_deg - a.zenith_deg) / (b.zenith_deg - a.zenith_deg);
+                a.temperature_k + share * (b.temperature_k - a.temperature_k)
+            }
+        }
+    }
+
+    /// What is wrong with it, if anything is.
+    pub fn problem(&self) -> Option<String> {
+        let bad = |kelvin: &f64| temperature(*kelvin, "").err().map(|(_, problem)| problem);
+        match self {
+            Self::Isotropic(kelvin) => bad(kelvin),
+            Self::ByZenith(points) => {
+                let zeniths: Vec<f64> = points.iter().map(|p| p.zenith_deg).collect();
+                let whole = zeniths.first() == Some(&0.0) && zeniths.last() == Some(&90.0);
+                if !whole || !zeniths.is_sorted_by(|a, b| a < b) {
+                    return Some("the zenith angles do not ascend from 0 to 90 degrees".into());
+                }
+                points.iter().find_map(|p| bad(&p.temperature_k))
+            }
+        }
+    }
 }
 
 /// Where a facet's emissivity comes from.
@@ -443,6 +505,11 @@ impl Scene {
         }
     }
 
+    /// The temperature of a material, kelvin.
+    pub fn temperature_of(&self, material: &Material) -> f64 {
+        material.temperature_k.unwrap_or(self.temperature_k)
+    }
+
     /// The place of a material in the list.
     pub fn material_index(&self, name: &str) -> Option<usize> {
         self.materials.iter().position(|material| material.name == name)
@@ -456,8 +523,8 @@ impl Scene {
             )
         })?;
         temperature(self.temperature_k, "temperature_k")?;
-        if let Some(sky) = self.sky_temperature_k {
-            temperature(sky, "sky_temperature_k")?;
+        if let Some(problem) = self.sky_temperature_k.as_ref().and_then(Sky::problem) {
+            return Err(("sky_temperature_k".into(), problem));
         }
         need((0.0..=89.9).contains(&self.view.zenith_deg), "view.zenith_deg", || {
             format!("{} is not within 0 (nadir) to 89.9", self.view.zenith_deg)
@@ -473,6 +540,14 @@ impl Scene {
                     || format!("an emissivity of {emissivity} is not within 0 to 1"),
                 )?;
             }
+            if let Some(own) = material.temperature_k {
+                temperature(own, &format!("materials[{i}].temperature_k"))?;
+            }
+            need(
+                (0.0..=1.0).contains(&material.specular),
+                &format!("materials[{i}].specular"),
+                || format!("a share of {} is not within 0 to 1", material.specular),
+            )?;
         }
         match &self.geometry {
             SceneGeometry::Packing(packing) => self.check_packing(packing),

@@ -9,10 +9,12 @@ use serde::{Deserialize, Serialize};
 use crate::error::Error;
 use crate::interrupt;
 use crate::output::{self, OutputError};
+use crate::histogram::{Radiance, Sources};
 use crate::packings::Estimate;
 use crate::radiance;
 use crate::spectrum::{Spectrum, SpectrumError};
 use crate::table::Table;
+use crate::tally::Kept;
 
 /// Wavelengths at which a signature is evaluated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -70,7 +72,8 @@ impl Grid {
 pub struct Band {
     /// Wavelength, um.
     pub wavelength_um: f64,
-    /// Emissivity of the bed, with its errors.
+    /// Emissivity of the bed towards the sensor, with its errors: a property of the bed, whatever its
+    /// temperatures.
     pub emissivity: Estimate,
     /// Radiance emitted.
     pub l_emitted: f64,
@@ -78,24 +81,52 @@ pub struct Band {
     pub l_reflected: f64,
     /// Radiance that leaves the target (Eq. 1).
     pub l_target: f64,
+    /// Its standard error.
+    pub l_target_standard_error: f64,
     /// Radiance of a black body at the scene's temperature.
     pub l_blackbody: f64,
-    /// Radiance of the sky.
+    /// Radiance of the sky; of one that depends on the zenith angle what a horizontal Lambertian mirror would return.
     pub l_downwelling: f64,
 }
 
-/// The reflectance of each material at each wavelength.
+/// Places within a bin of cosines at which a reflectance is taken.
+const WITHIN_BIN: u16 = 4;
+
+/// The reflectance of each symbol, by material and within it by cosine, at each wavelength.
 pub fn reflectances(
     spectra: &[&Spectrum],
+    kept: Kept,
     wavelengths_um: &[f64],
 ) -> Result<Vec<Vec<f64>>, SpectrumError> {
+    let of = |spectrum: &Spectrum, um: f64, bin: u16| -> Result<f64, SpectrumError> {
+        let places = f64::from(kept.cosines) * f64::from(WITHIN_BIN);
+        let mut sum = 0.0;
+        for place in 0..WITHIN_BIN {
+            let cosine = (f64::from(bin * WITHIN_BIN + place) + 0.5) / places;
+            sum += spectrum.reflectance_at(um, cosine)?;
+        }
+        Ok(sum / f64::from(WITHIN_BIN))
+    };
     wavelengths_um
         .iter()
-        .map(|&um| spectra.iter().map(|spectrum| Ok(1.0 - spectrum.emissivity(um)?)).collect())
+        .map(|&um| {
+            let mut all = Vec::with_capacity(kept.symbols(spectra.len()));
+            for spectrum in spectra {
+                if spectrum.is_angular() && kept.cosines > 1 {
+                    for bin in 0..kept.cosines {
+                        all.push(of(spectrum, um, bin)?);
+                    }
+                } else {
+                    let reflectance = 1.0 - spectrum.emissivity(um)?;
+                    all.resize(all.len() + usize::from(kept.cosines), reflectance);
+                }
+            }
+            Ok(all)
+        })
         .collect()
 }
 
-/// Evaluates the tables of a recipe's packings with the spectra of the first.
+/// Evaluates the tables of a recipe's packings with the spectra and temperatures of the first.
 ///
 /// # Errors
 /// A spectrum that does not cover a wavelength.
@@ -103,9 +134,7 @@ pub fn reflectances(
 /// # Panics
 /// Without a table.
 pub fn evaluate(packings: &[Table], wavelengths_um: &[f64]) -> Result<Vec<Band>, Error> {
-    let table = &packings[0];
-    let spectra: Vec<&Spectrum> = table.materials.iter().map(|m| &m.spectrum).collect();
-    let reflectances = reflectances(&spectra, wavelengths_um)?;
+    let reflectances = packings[0].reflectances(wavelengths_um)?;
     wavelengths_um
         .par_iter()
         .zip(&reflectances)
@@ -113,33 +142,54 @@ pub fn evaluate(packings: &[Table], wavelengths_um: &[f64]) -> Result<Vec<Band>,
             if interrupt::requested() {
                 return Err(Error::Interrupted);
             }
-            let emissivity = Estimate::new(packings, reflectance);
-            Ok(band(wavelength_um, emissivity, table.temperature_k, table.sky_temperature_k))
+            Ok(band(packings, wavelength_um, reflectance))
         })
         .collect()
 }
 
-/// A path emits with all the weight that it does not bring to the sky (the scene has one
-/// temperature), and reflects the sky with the rest.
-fn band(
-    wavelength_um: f64,
-    emissivity: Estimate,
-    temperature_k: f64,
-    sky_temperature_k: Option<f64>,
-) -> Band {
-    let l_blackbody = radiance::planck(wavelength_um, temperature_k);
-    let l_downwelling =
-        sky_temperature_k.map_or(0.0, |sky_k| radiance::planck(wavelength_um, sky_k));
-    let l_emitted = emissivity.emissivity * l_blackbody;
-    let l_reflected = (1.0 - emissivity.emissivity) * l_downwelling;
+fn band(packings: &[Table], wavelength_um: f64, reflectance: &[f64]) -> Band {
+    let table = &packings[0];
+    let kept = table.histogram.kept;
+    let emissivity = Estimate::emissivity(packings, reflectance);
+    let planck = |temperature_k| radiance::planck(wavelength_um, temperature_k);
+    let l_blackbody = planck(table.temperature_k);
+    let sky = |zenith_deg| {
+        table.sky_temperature_k.as_ref().map_or(0.0, |sky| planck(sky.temperature_k(zenith_deg)))
+    };
+    if kept.zeniths == 1 && !kept.order {
+        // A path emits with all the weight that it does not bring to the sky, and reflects the sky with the rest.
+        let l_downwelling = sky(0.0);
+        let l_emitted = emissivity.mean * l_blackbody;
+        let l_reflected = (1.0 - emissivity.mean) * l_downwelling;
+        return Band {
+            wavelength_um,
+            emissivity,
+            l_emitted,
+            l_reflected,
+            l_target: radiance::l_target(l_emitted, l_reflected),
+            l_target_standard_error: emissivity.standard_error * (l_blackbody - l_downwelling).abs(),
+            l_blackbody,
+            l_downwelling,
+        };
+    }
+    let zeniths = f64::from(kept.zeniths);
+    let l_sky: Vec<f64> =
+        (0..kept.zeniths).map(|bin| sky((f64::from(bin) + 0.5) / zeniths * 90.0)).collect();
+    let own: Vec<f64> =
+        table.materials.iter().map(|m| planck(m.temperature_k.unwrap_or(table.temperature_k))).collect();
+    let sources = Sources { reflectance, l_blackbody: &own, l_sky: &l_sky };
+    let all: Vec<Radiance> = packings.iter().map(|p| p.histogram.radiance(sources)).collect();
+    let mean = |of: &dyn Fn(&Radiance) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
+    let l_target = Estimate::of(&all.iter().map(|radiance| radiance.l_target).collect::<Vec<_>>());
     Band {
         wavelength_um,
         emissivity,
-        l_emitted,
-        l_reflected,
-        l_target: radiance::l_target(l_emitted, l_reflected),
+        l_emitted: mean(&|radiance| radiance.l_emitted),
+        l_reflected: mean(&|radiance| radiance.l_reflected),
+        l_target: l_target.mean,
+        l_target_standard_error: l_target.standard_error,
         l_blackbody,
-        l_downwelling,
+        l_downwelling: radiance::l_downwelling(&l_sky),
     }
 }
 
@@ -164,9 +214,8 @@ pub fn csv_text(bands: &[Band]) -> String {
     let mut text = COLUMNS.join(",") + "\n";
     for b in bands {
         let e = b.emissivity;
-        let l_error = e.standard_error * (b.l_blackbody - b.l_downwelling).abs();
         let _ = write!(text, "{}", b.wavelength_um);
-        for value in [e.emissivity, e.standard_error, e.half_width, e.rays_standard_error] {
+        for value in [e.mean, e.standard_error, e.half_width, e.rays_standard_error] {
             let _ = write!(text, ",{value:.7}");
         }
         // Of a single packing the spread is not known: the field stays empty.
@@ -175,7 +224,7 @@ pub fn csv_text(bands: &[Band]) -> String {
             None => write!(text, ","),
         };
         for radiance in
-            [b.l_emitted, b.l_reflected, b.l_target, l_error, b.l_blackbody, b.l_downwelling]
+            [b.l_emitted, b.l_reflected, b.l_target, b.l_target_standard_error, b.l_blackbody, b.l_downwelling]
         {
             let _ = write!(text, ",{radiance:.7}");
         }

@@ -1,12 +1,17 @@
 //! When the rays are enough: a pilot tells how many paths the tolerance needs, the result is
 //! traced with paths of its own.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::course::Course;
 use crate::error::Error;
+use crate::histogram::{Histogram, Mean, T_95};
 use crate::random::Purpose;
-use crate::table::{Weight, Z_95, sorted, weight};
+use crate::table::Ended;
 use crate::tally::Tally;
 use crate::tracer::Tracer;
 
@@ -14,10 +19,14 @@ use crate::tracer::Tracer;
 const PILOT: u64 = 4096;
 /// Least paths of a result.
 const LEAST: u64 = 8192;
-/// Paths are traced in lots of this size.
+/// Numbers of paths are rounded up to lots of this size: as many for each replicate.
 const LOT: u64 = 1024;
+/// Paths between two looks at the clock.
+const STRETCH: u64 = 1 << 15;
 /// What the pilot says is raised by so much, so that one round is nearly always enough.
 const MARGIN: f64 = 1.1;
+/// Time after which what is traced so far is kept.
+const KEEP_EVERY: Duration = Duration::from_secs(10);
 
 /// What to reach, and what at most to spend.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -26,102 +35,193 @@ pub struct Target {
     pub tolerance: f64,
     /// Most paths.
     pub max_paths: u64,
+    /// Longest time, seconds.
+    pub max_seconds: Option<f64>,
+    /// The paths of these numbers and no others, whatever they reach: all of a trace, or a part of it.
+    pub exactly: Option<Part>,
 }
 
-/// Paths traced until the target was reached or could not be.
-#[derive(Debug)]
-pub struct Traced {
-    /// The counts.
-    pub tally: Tally,
-    /// Widest half-width of any band.
-    pub half_width: f64,
-    /// The band that has it.
-    pub widest: usize,
-    /// What of it trapped paths leave open.
-    pub trapped: f64,
-    /// Whether the target was reached.
-    pub reached: bool,
+/// Some of the paths of a trace.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Part {
+    /// Number of the first path.
+    pub first: u64,
+    /// One more than that of the last.
+    pub end: u64,
+    /// How many paths the whole trace has.
+    pub of: u64,
 }
 
-/// Traces until every band, given as one reflectance for each material, has its half-width.
-///
-/// `progress` is told how many paths are done and how many are wanted.
-pub fn trace(
-    tracer: &Tracer,
-    seed: u64,
-    bands: &[Vec<f64>],
-    target: Target,
-    progress: &(dyn Fn(u64, u64) + Sync),
-) -> Result<Traced, Error> {
-    let pilot = tracer.trace(seed, Purpose::Pilot, 0, PILOT.min(target.max_paths), &|_| ())?;
-    let mut wanted = more(&pilot, bands, target).clamp(LEAST, LEAST.max(target.max_paths));
-    wanted = wanted.min(target.max_paths);
-    let mut tally: Option<Tally> = None;
-    loop {
-        let first = tally.as_ref().map_or(0, |tally| tally.paths);
-        let done = std::sync::atomic::AtomicU64::new(first);
-        let lot = tracer.trace(seed, Purpose::Result, first, wanted - first, &|paths| {
-            let sum = done.fetch_add(paths, std::sync::atomic::Ordering::Relaxed) + paths;
-            progress(sum, wanted);
-        })?;
-        let so_far = match tally.take() {
-            None => lot,
-            Some(mut sum) => {
-                sum.add(&lot);
-                sum
-            }
-        };
-        let (half_width, widest, weight) = widest(&so_far, bands);
-        let next = more(&so_far, bands, target).min(target.max_paths);
-        let met = (so_far.paths - so_far.missed) as f64;
-        let reached = half_width <= target.tolerance && met >= least_met(target);
-        if reached || next <= so_far.paths {
-            let trapped = weight.trapped;
-            return Ok(Traced { tally: so_far, half_width, widest, trapped, reached });
-        }
-        wanted = next;
-        tally = Some(so_far);
+impl Part {
+    /// One of several parts of about equal size, counted from 1; each has as many paths of each replicate.
+    pub fn shard(number: u64, shards: u64, of: u64) -> Self {
+        let lots = of.div_ceil(LOT);
+        let edge = |shard: u64| (u128::from(lots) * u128::from(shard) / u128::from(shards)) as u64 * LOT;
+        Self { first: edge(number - 1).min(of), end: edge(number).min(of), of }
     }
 }
 
-/// How many paths the target needs in all, by what these paths show. No more than there are where more
-/// would not help: when what trapped paths leave open is wider than the tolerance.
+impl Target {
+    /// A tolerance, with no limits that matter.
+    pub fn of(tolerance: f64) -> Self {
+        Self { tolerance, max_paths: 1 << 40, max_seconds: None, exactly: None }
+    }
+
+    /// The weight below which a path is given up. Half of what it might still carry, at most a tenth of the
+    /// tolerance and that of some of the paths only, is added to the interval: on dusty beds some hundredths of the
+    /// tolerance, for a quarter of the hits.
+    pub fn least_weight(&self) -> f64 {
+        self.tolerance / 5.0
+    }
+
+    /// What no path saw of n has a probability of up to 3 / n (95 %): even without any spread the paths
+    /// must be as many as that asks for.
+    fn least_met(&self) -> f64 {
+        3.0 / self.tolerance
+    }
+}
+
+/// Paths traced until the target was reached or could not be.
+#[derive(Debug, Clone)]
+pub struct Traced {
+    /// The counts.
+    pub tally: Tally,
+    /// How many paths the whole trace has.
+    pub wanted: u64,
+    /// What ended it.
+    pub ended_by: Ended,
+}
+
+/// How sure a histogram is in the band where it is least so.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sureness {
+    /// The band.
+    pub widest: usize,
+    /// The mean weight there.
+    pub weight: Mean,
+    /// Whether it reaches the tolerance, with enough paths to say so.
+    pub reached: bool,
+}
+
+impl Sureness {
+    /// Of the bands, given as one reflectance for each symbol.
+    pub fn of(histogram: &Histogram, bands: &[Vec<f64>], tolerance: f64) -> Self {
+        let (widest, weight) = bands
+            .par_iter()
+            .enumerate()
+            .map(|(band, reflectance)| (band, histogram.weight(reflectance)))
+            .reduce_with(|a, b| {
+                let (x, y) = (a.1.half_width(), b.1.half_width());
+                if (y, a.0) > (x, b.0) { b } else { a }
+            })
+            .expect("there is at least one band");
+        let enough = histogram.paths() as f64 >= Target::of(tolerance).least_met();
+        Self { widest, weight, reached: weight.half_width() <= tolerance && enough }
+    }
+}
+
+/// Work that is done while a trace is under way.
+pub struct Watch<'a> {
+    /// Told how many paths are done and how many are wanted.
+    pub progress: &'a (dyn Fn(u64, u64) + Sync),
+    /// Given what is traced so far, every few seconds and when the trace is interrupted.
+    pub keep: &'a (dyn Fn(&Traced) -> Result<(), Error> + Sync),
+}
+
+/// Traces until every band, given as one reflectance for each symbol, has its half-width.
+///
+/// `kept` is what an earlier trace of the same kind kept when it was interrupted.
+pub fn trace(
+    tracer: &Tracer,
+    course: &Course,
+    seed: u64,
+    bands: &[Vec<f64>],
+    target: Target,
+    kept: Option<Traced>,
+    watch: &Watch,
+) -> Result<Traced, Error> {
+    let started = Instant::now();
+    let first = target.exactly.map_or(0, |part| part.first);
+    let end = |wanted: u64| target.exactly.map_or(wanted, |part| part.end);
+    let mut traced = match (kept, target.exactly) {
+        (Some(kept), _) => kept,
+        (None, Some(part)) => fresh(tracer, course, part.of),
+        (None, None) => {
+            let numbers = 0..PILOT.min(target.max_paths);
+            let pilot = tracer.trace(course, seed, Purpose::Pilot, numbers, &|_| ())?;
+            let wanted = more(&pilot, bands, target).max(LEAST).min(target.max_paths);
+            fresh(tracer, course, wanted)
+        }
+    };
+    let mut last_kept = Instant::now();
+    loop {
+        let wanted = end(traced.wanted) - first;
+        while traced.tally.paths < wanted {
+            let from = first + traced.tally.paths;
+            let to = (from + STRETCH).min(first + wanted);
+            let done = AtomicU64::new(traced.tally.paths);
+            let stretch = tracer.trace(course, seed, Purpose::Result, from..to, &|paths| {
+                let sum = done.fetch_add(paths, Ordering::Relaxed) + paths;
+                (watch.progress)(sum, wanted);
+            });
+            match stretch {
+                Ok(stretch) => traced.tally.add(&stretch),
+                Err(error) => {
+                    (watch.keep)(&traced)?;
+                    return Err(error);
+                }
+            }
+            if target.max_seconds.is_some_and(|most| started.elapsed().as_secs_f64() >= most) {
+                traced.ended_by = Ended::MaxSeconds;
+                traced.wanted = traced.tally.paths;
+                return Ok(traced);
+            }
+            if last_kept.elapsed() >= KEEP_EVERY {
+                (watch.keep)(&traced)?;
+                last_kept = Instant::now();
+            }
+        }
+        if target.exactly.is_some() {
+            traced.ended_by = Ended::Paths;
+            return Ok(traced);
+        }
+        let sureness = Sureness::of(&Histogram::of(&traced.tally), bands, target.tolerance);
+        let next = more(&traced.tally, bands, target).min(target.max_paths);
+        if sureness.reached || next <= traced.tally.paths {
+            traced.ended_by = if sureness.reached {
+                Ended::Tolerance
+            } else if traced.tally.paths >= target.max_paths {
+                Ended::MaxPaths
+            } else {
+                Ended::Trapped
+            };
+            return Ok(traced);
+        }
+        traced.wanted = next;
+    }
+}
+
+fn fresh(tracer: &Tracer, course: &Course, wanted: u64) -> Traced {
+    let tally = Tally::new(tracer.bed().materials, course.kept);
+    Traced { tally, wanted, ended_by: Ended::Interrupted }
+}
+
+/// How many paths the target needs in all, by what these paths show: as independent paths would, which is more than
+/// evenly spread ones need. No more than there are where more would not help: when what trapped paths leave open is
+/// wider than the tolerance.
 fn more(tally: &Tally, bands: &[Vec<f64>], target: Target) -> u64 {
     let met = (tally.paths - tally.missed) as f64;
-    let (_, _, weight) = widest(tally, bands);
-    let room = target.tolerance - weight.trapped;
     if met < 2.0 {
         // A small target in a wide view: look on.
         return 16 * tally.paths;
     }
+    let weight = Sureness::of(&Histogram::of(tally), bands, target.tolerance).weight;
+    let room = target.tolerance - weight.trapped;
     if room <= 0.0 {
         return tally.paths;
     }
-    let ratio = Z_95 * weight.standard_error / room;
-    let needed = (met * ratio * ratio).max(least_met(target)) * MARGIN;
+    let ratio = T_95 * weight.standard_error / room;
+    let needed = (met * ratio * ratio).max(target.least_met()) * MARGIN;
     let paths = needed * tally.paths as f64 / met;
     (paths.min(1e18) as u64).div_ceil(LOT) * LOT
-}
-
-/// What no path saw of n has a probability of up to 3 / n (95 %): even without any spread the paths
-/// must be as many as that asks for.
-fn least_met(target: Target) -> f64 {
-    3.0 / target.tolerance
-}
-
-fn widest(tally: &Tally, bands: &[Vec<f64>]) -> (f64, usize, Weight) {
-    let (escaped, trapped) = (sorted(&tally.escaped), sorted(&tally.trapped));
-    bands
-        .par_iter()
-        .enumerate()
-        .map(|(band, reflectance)| {
-            let weight = weight(
-                escaped.iter().map(|(state, count)| (&**state, *count)),
-                trapped.iter().map(|(state, count)| (&**state, *count)),
-                reflectance,
-            );
-            (weight.half_width(), band, weight)
-        })
-        .reduce_with(|a, b| if (b.0, a.1) > (a.0, b.1) { b } else { a })
-        .expect("there is at least one band")
 }

@@ -1,10 +1,6 @@
-//! The bounce table: everything that spectra, temperature and sky need to know of a traced bed.
-//!
-//! A path that hits material m n_m times before it reaches the sky carries
-//! W = product of rho_m^n_m, rho = 1 - emissivity (Kirchhoff). The joint histogram of (n_1, n_2, ...) is
-//! therefore enough to evaluate the bed for any spectra, and costs no further tracing.
+//! The bounce table: everything that spectra, temperatures and sky need to know of a traced bed.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -12,12 +8,15 @@ use serde::{Deserialize, Serialize};
 
 use crate::coverage::Cover;
 use crate::output::{self, OutputError};
-use crate::scene::View;
-use crate::spectrum::Spectrum;
-use crate::tally::{State, Tally};
+use crate::histogram::{Histogram, Mean};
+use crate::scene::{Sky, View, is_zero};
+use crate::signature::{Grid, reflectances};
+use crate::spectrum::{Spectrum, SpectrumError};
+use crate::stop::Sureness;
+use crate::tally::Tally;
 
 /// The format's version, the value of `soilsig_table`.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// A table cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -46,6 +45,14 @@ pub enum TableError {
         /// What is wrong.
         problem: String,
     },
+    /// Tables that are not the parts of one trace.
+    #[error("{}: {problem}", path.display())]
+    Parts {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
     /// No path met the target.
     #[error("no ray met anything: the sensor looks past the target")]
     Empty,
@@ -60,6 +67,10 @@ impl TableError {
             Self::Packings { .. } => {
                 "give tables of different beds of one recipe, traced alike".into()
             }
+            Self::Parts { .. } => {
+                "give the tables of all shards of one `soilsig trace --paths N --shard i/n`, each once"
+                    .into()
+            }
             Self::Read { .. } => return None,
         })
     }
@@ -69,7 +80,7 @@ impl TableError {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Table {
-    /// Version of the format: 1.
+    /// Version of the format: 2.
     pub soilsig_table: u32,
     /// The scene's name.
     pub scene: String,
@@ -79,7 +90,7 @@ pub struct Table {
     pub temperature_k: f64,
     /// Temperature of the sky, kelvin, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sky_temperature_k: Option<f64>,
+    pub sky_temperature_k: Option<Sky>,
     /// The direction to the sensor.
     pub view: View,
     /// Seed of the paths.
@@ -93,6 +104,8 @@ pub struct Table {
     pub floor: Option<usize>,
     /// Why the trace ended where it did.
     pub stop: Stop,
+    /// Numbers of the paths traced, from the first to one past the last.
+    pub numbers: [u64; 2],
     /// Paths traced.
     pub paths: u64,
     /// Paths that met nothing, which say nothing of the target.
@@ -105,10 +118,8 @@ pub struct Table {
     pub inside: Vec<Inside>,
     /// What is seen of each prototype.
     pub coverage: BTreeMap<String, Cover>,
-    /// Hits on each material before the sky, and how many paths had them.
-    pub escaped: Vec<(State, u64)>,
-    /// The same for paths that were given up.
-    pub trapped: Vec<(State, u64)>,
+    /// What the paths did.
+    pub histogram: Histogram,
 }
 
 /// A material as the table counts it.
@@ -119,8 +130,20 @@ pub struct TableMaterial {
     pub name: String,
     /// Its emissivity, unless `signature` is given another.
     pub spectrum: Spectrum,
+    /// Its temperature, kelvin, if it is not the scene's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature_k: Option<f64>,
+    /// Share of its reflectance that is specular.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub specular: f64,
     /// First hits: what of the sensor's view it fills.
     pub first_hits: u64,
+}
+
+impl TableMaterial {
+    fn uncounted(&self) -> Self {
+        Self { first_hits: 0, ..self.clone() }
+    }
 }
 
 /// Paths that came to be inside a solid, where two overlap or all but touch.
@@ -141,7 +164,13 @@ pub struct Inside {
 pub struct Stop {
     /// Half-width asked for, emissivity, at 95 %.
     pub tolerance: f64,
-    /// Widest half-width of any band looked at.
+    /// The bands that were to reach it.
+    pub grid: Grid,
+    /// What ended the trace.
+    pub ended_by: Ended,
+    /// How many paths the whole trace has, of which this table may hold a part.
+    pub wanted: u64,
+    /// Widest half-width of any of the bands.
     pub half_width: f64,
     /// Where it is, um.
     pub widest_at_um: f64,
@@ -149,84 +178,43 @@ pub struct Stop {
     pub reached: bool,
     /// What of the half-width paths that were given up leave open: more paths do not lessen it.
     pub trapped: f64,
+    /// Weight below which a path was given up: in none of the bands could it bring more to the sky.
+    pub least_weight: f64,
 }
 
-/// Mean and spread of the weight that a path brings to the sky.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Weight {
-    /// Mean over all paths that met the target; trapped paths count with half of their bound.
-    pub mean: f64,
-    /// Standard error of the mean.
-    pub standard_error: f64,
-    /// Half of the mean weight of trapped paths: the mean is known no better than that.
-    pub trapped: f64,
+/// What ends a trace.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Ended {
+    /// The tolerance was reached.
+    Tolerance,
+    /// More paths would not help: those that were given up leave too much open.
+    Trapped,
+    /// All paths that were allowed are traced.
+    MaxPaths,
+    /// The time that was allowed is over.
+    MaxSeconds,
+    /// As many paths as were asked for are traced, whatever they reach.
+    Paths,
+    /// It was interrupted, or is still under way.
+    Interrupted,
 }
 
-/// Quantile of the standard normal distribution for two-sided 95 %.
-pub const Z_95: f64 = 1.959_963_985;
-
-impl Weight {
-    /// Half-width of the 95 % interval: noise of the rays and what trapped paths leave open.
-    pub fn half_width(&self) -> f64 {
-        Z_95 * self.standard_error + self.trapped
-    }
-}
-
-/// Powers of a reflectance that are computed beforehand.
-const POWERS: usize = 64;
-
-/// The mean weight for one reflectance of each material.
-///
-/// Sums run over the states in the order given: the same order gives the same bits.
-pub fn weight<'a>(
-    escaped: impl Iterator<Item = (&'a [u16], u64)>,
-    trapped: impl Iterator<Item = (&'a [u16], u64)>,
-    reflectance: &[f64],
-) -> Weight {
-    // States are many, powers few.
-    let powers: Vec<Vec<f64>> = reflectance
-        .iter()
-        .map(|rho| {
-            std::iter::successors(Some(1.0), |power| Some(power * rho)).take(POWERS).collect()
-        })
-        .collect();
-    let power = |material: usize, n: u16| {
-        let listed = powers[material].get(usize::from(n)).copied();
-        listed.unwrap_or_else(|| reflectance[material].powi(i32::from(n)))
-    };
-    let product = |state: &[u16]| -> f64 {
-        state.iter().enumerate().map(|(material, &n)| power(material, n)).product()
-    };
-    let (mut paths, mut sum, mut squares, mut open) = (0.0, 0.0, 0.0, 0.0);
-    let states = escaped.map(|state| (state, 1.0)).chain(trapped.map(|state| (state, 0.5)));
-    for ((state, count), share) in states {
-        let (count, w) = (count as f64, share * product(state));
-        paths += count;
-        sum += count * w;
-        squares += count * w * w;
-        if share < 1.0 {
-            open += count * w;
+impl Stop {
+    /// Of a trace that has still to begin.
+    pub fn new(tolerance: f64, grid: Grid, least_weight: f64) -> Self {
+        Self {
+            tolerance,
+            widest_at_um: grid.wavelengths_um()[0],
+            grid,
+            ended_by: Ended::Interrupted,
+            wanted: 0,
+            half_width: 1.0,
+            reached: false,
+            trapped: 0.0,
+            least_weight,
         }
     }
-    let mean = sum / paths;
-    // One path tells nothing of the spread: then it is the widest that a weight from 0 to 1 can have.
-    let variance = if paths < 2.0 {
-        0.25
-    } else {
-        (squares / paths - mean * mean).max(0.0) * paths / (paths - 1.0)
-    };
-    Weight { mean, standard_error: (variance / paths).sqrt(), trapped: open / paths }
-}
-
-fn pairs(states: &[(State, u64)]) -> impl Iterator<Item = (&[u16], u64)> {
-    states.iter().map(|(state, count)| (&**state, *count))
-}
-
-/// Histogram states in lexical order.
-pub fn sorted(states: &HashMap<State, u64>) -> Vec<(State, u64)> {
-    let mut list: Vec<_> = states.iter().map(|(state, &count)| (state.clone(), count)).collect();
-    list.sort_unstable();
-    list
 }
 
 impl Table {
@@ -246,12 +234,87 @@ impl Table {
                 paths,
             })
             .collect();
-        self.inside.sort_by_key(|inside| std::cmp::Reverse(inside.paths));
+        self.inside.sort_by(|a, b| {
+            b.paths.cmp(&a.paths).then_with(|| (&a.solid, &a.from).cmp(&(&b.solid, &b.from)))
+        });
         for (material, &count) in self.materials.iter_mut().zip(&tally.first_hits) {
             material.first_hits = count;
         }
-        self.escaped = sorted(&tally.escaped);
-        self.trapped = sorted(&tally.trapped);
+        self.histogram = Histogram::of(tally);
+    }
+
+    /// The counts as a tally, which more can be added to.
+    ///
+    /// # Panics
+    /// If a mesh that paths were inside of is none of `mesh_names`.
+    pub fn tally(&self, mesh_names: &[&str]) -> Tally {
+        let number = |name: &str| {
+            mesh_names.iter().position(|known| *known == name).expect("the meshes are the same")
+        };
+        let mut tally = self.histogram.tally(self.materials.len());
+        tally.paths = self.paths;
+        tally.missed = self.missed;
+        tally.escaped_downward = self.escaped_downward;
+        tally.hits = self.hits;
+        tally.first_hits = self.materials.iter().map(|m| m.first_hits).collect();
+        for inside in &self.inside {
+            let meshes = (inside.from.as_deref().map(number), number(&inside.solid));
+            tally.inside.insert(meshes, inside.paths);
+        }
+        tally
+    }
+
+    /// Says in `stop` how sure the table is.
+    pub fn judge(&mut self) -> Result<(), SpectrumError> {
+        let wavelengths_um = self.stop.grid.wavelengths_um();
+        let bands = self.reflectances(&wavelengths_um)?;
+        let sureness = Sureness::of(&self.histogram, &bands, self.stop.tolerance);
+        self.stop.half_width = sureness.weight.half_width();
+        self.stop.widest_at_um = wavelengths_um[sureness.widest];
+        self.stop.trapped = sureness.weight.trapped;
+        self.stop.reached = sureness.reached;
+        Ok(())
+    }
+
+    /// Whether both hold paths of one trace: the same scene, spectra, rays and rules.
+    pub fn is_part_of_same(&self, other: &Self) -> bool {
+        self.rules() == other.rules()
+    }
+
+    /// In what two tables are not of one trace, by the names of their keys.
+    pub fn differs_from(&self, other: &Self) -> Vec<String> {
+        let keys = |table: &Self| match serde_json::to_value(table.rules()) {
+            Ok(serde_json::Value::Object(keys)) => keys,
+            _ => unreachable!("a table is an object"),
+        };
+        let (mine, theirs) = (keys(self), keys(other));
+        let differ = |key: &&String| mine.get(*key) != theirs.get(*key);
+        let all: BTreeSet<&String> = mine.keys().chain(theirs.keys()).collect();
+        all.into_iter().filter(differ).cloned().collect()
+    }
+
+    /// The table without what its paths counted.
+    fn rules(&self) -> Self {
+        Self {
+            stop: Stop::new(
+                self.stop.tolerance,
+                self.stop.grid.clone(),
+                self.stop.least_weight,
+            ),
+            numbers: [0, 0],
+            paths: 0,
+            missed: 0,
+            escaped_downward: 0,
+            hits: 0,
+            inside: Vec::new(),
+            materials: self.materials.iter().map(TableMaterial::uncounted).collect(),
+            histogram: Histogram {
+                kept: self.histogram.kept,
+                escaped: Vec::new(),
+                trapped: Vec::new(),
+            },
+            ..self.clone()
+        }
     }
 
     /// Paths that met the target.
@@ -259,9 +322,15 @@ impl Table {
         self.paths - self.missed
     }
 
-    /// The mean weight for one reflectance of each material.
-    pub fn weight(&self, reflectance: &[f64]) -> Weight {
-        weight(pairs(&self.escaped), pairs(&self.trapped), reflectance)
+    /// The reflectance of each symbol of the histogram, by the materials' spectra.
+    pub fn reflectances(&self, wavelengths_um: &[f64]) -> Result<Vec<Vec<f64>>, SpectrumError> {
+        let spectra: Vec<&Spectrum> = self.materials.iter().map(|m| &m.spectrum).collect();
+        reflectances(&spectra, self.histogram.kept, wavelengths_um)
+    }
+
+    /// The mean weight that paths bring to the sky, for a reflectance of each symbol.
+    pub fn weight(&self, reflectance: &[f64]) -> Mean {
+        self.histogram.weight(reflectance)
     }
 
     /// Reads a table.
@@ -276,16 +345,19 @@ impl Table {
                 table.soilsig_table
             )));
         }
-        let states = || table.escaped.iter().chain(&table.trapped);
-        if states().any(|(state, _)| state.len() != table.materials.len()) {
-            return Err(wrong("a state does not count each material".into()));
-        }
-        if states().map(|(_, count)| count).sum::<u64>() + table.missed != table.paths {
+        table.histogram.check(table.materials.len()).map_err(wrong)?;
+        if table.histogram.paths() + table.missed != table.paths {
             return Err(wrong("the states do not add up to the paths".into()));
         }
-        let temperatures = [Some(table.temperature_k), table.sky_temperature_k];
-        if temperatures.into_iter().flatten().any(|k| !(k.is_finite() && k > 0.0)) {
+        if table.numbers[1].checked_sub(table.numbers[0]) != Some(table.paths) {
+            return Err(wrong("the numbers of the paths are not as many as the paths".into()));
+        }
+        let own = table.materials.iter().filter_map(|m| m.temperature_k);
+        if own.chain([table.temperature_k]).any(|k| !(k.is_finite() && k > 0.0)) {
             return Err(wrong("a temperature is not above 0 K".into()));
+        }
+        if let Some(problem) = table.sky_temperature_k.as_ref().and_then(Sky::problem) {
+            return Err(wrong(problem));
         }
         if table.floor.is_some_and(|floor| floor >= table.materials.len()) {
             return Err(wrong("the floor's material is none of the materials".into()));
@@ -308,13 +380,17 @@ impl Table {
             paths.iter().map(|path| Self::read(path)).collect::<Result<_, _>>()?;
         for (i, table) in tables.iter().enumerate().skip(1) {
             let of = |t: &Self| {
-                let named: Vec<_> =
-                    t.materials.iter().map(|m| (m.name.clone(), m.spectrum.clone())).collect();
-                (t.scene.clone(), named, t.temperature_k, t.sky_temperature_k, t.view)
+                let materials: Vec<_> =
+                    t.materials.iter().map(TableMaterial::uncounted).collect();
+                let kept = t.histogram.kept;
+                (t.scene.clone(), materials, t.temperature_k, t.sky_temperature_k.clone(), t.view, kept)
             };
             let twin = tables[..i].iter().position(|t| t.scene_sha256 == table.scene_sha256);
             let problem = if of(table) != of(&tables[0]) {
                 format!("this is no packing of the scene of {}", paths[0].display())
+            } else if let Some(twin) = twin.filter(|&twin| tables[twin].numbers != table.numbers) {
+                let other = paths[twin].display();
+                format!("this is another part of the trace of {other}: `soilsig merge` puts them together")
             } else if let Some(twin) = twin {
                 format!("this is the same bed as {}", paths[twin].display())
             } else {
@@ -327,17 +403,19 @@ impl Table {
 
     /// Writes the table as JSON, one state a line.
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
-        let head = Self { escaped: Vec::new(), trapped: Vec::new(), ..self.clone() };
+        let Histogram { kept, escaped, trapped } = &self.histogram;
+        let empty = Histogram { kept: *kept, escaped: Vec::new(), trapped: Vec::new() };
+        let head = Self { histogram: empty, ..self.clone() };
         let mut text = serde_json::to_string_pretty(&head).expect("a table is plain data");
-        for (key, states) in [("escaped", &self.escaped), ("trapped", &self.trapped)] {
+        for (key, states) in [("escaped", escaped), ("trapped", trapped)] {
             let lines: Vec<String> = states
                 .iter()
-                .map(|state| format!("    {}", serde_json::to_string(state).expect("plain data")))
+                .map(|state| format!("      {}", serde_json::to_string(state).expect("plain data")))
                 .collect();
             if !lines.is_empty() {
                 text = text.replace(
                     &format!("\"{key}\": []"),
-                    &format!("\"{key}\": [\n{}\n  ]", lines.join(",\n")),
+                    &format!("\"{key}\": [\n{}\n    ]", lines.join(",\n")),
                 );
             }
         }

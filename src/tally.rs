@@ -1,21 +1,77 @@
-//! Counts of how often paths hit each material: what the tracer adds up.
+//! Counts of the courses that paths took: what the tracer adds up.
 
 use std::collections::{BTreeMap, HashMap};
+use std::f64::consts::FRAC_PI_2;
 
-/// Hits on each material, in the scene's order.
+use serde::{Deserialize, Serialize};
+
+use crate::course::Facet;
+
+/// The course of a path as numbers, in a form that [`Kept`] tells.
 pub type State = Box<[u16]>;
+
+/// Bins of the cosine between a ray and the facet's normal, where a reflectance depends on it.
+pub const COSINES: u16 = 64;
+
+/// Bins of the zenith angle at which paths reach the sky, where its radiance depends on it: a degree each.
+pub const ZENITHS: u16 = 90;
+
+/// What of a path's course is kept: the least that the scene asks for.
+///
+/// A hit is told by its *symbol*, the material and, where kept, the bin of its cosine. If neither order nor cosines
+/// are kept a state is the number of hits on each material; else it is the symbols of all hits, in their order or
+/// sorted. The zenith bin stands at the end of the state of a path that reached the sky, if it is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Kept {
+    /// The order of hits: where materials differ in temperature.
+    pub order: bool,
+    /// Bins of the cosine of each hit; 1 where no reflectance depends on it.
+    pub cosines: u16,
+    /// Bins of the zenith angle of escape; 1 where the sky is isotropic.
+    pub zeniths: u16,
+}
+
+impl Kept {
+    /// Numbers of hits: enough for one temperature, an isotropic sky and reflectances that do not depend on the angle.
+    pub const PLAIN: Self = Self { order: false, cosines: 1, zeniths: 1 };
+
+    /// Whether a state lists the hits, rather than counting those on each material.
+    pub fn lists(self) -> bool {
+        self.order || self.cosines > 1
+    }
+
+    /// How many symbols there are.
+    pub fn symbols(self, materials: usize) -> usize {
+        materials * usize::from(self.cosines)
+    }
+
+    /// Splits the state of an escaped path into its hits and the bin of its zenith angle.
+    pub fn split(self, state: &[u16]) -> (&[u16], usize) {
+        match state.split_last() {
+            Some((&bin, hits)) if self.zeniths > 1 => (hits, bin.into()),
+            _ => (state, 0),
+        }
+    }
+}
+
+/// The bin, of so many of equal width, of a number from 0 to 1.
+fn bin(bins: u16, value: f64) -> u16 {
+    ((value * f64::from(bins)) as u16).min(bins - 1)
+}
 
 /// Counts over some paths. Integers throughout, so that parts add up to the same whole in any
 /// order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tally {
+    kept: Kept,
     /// Paths traced.
     pub paths: u64,
     /// Paths that met nothing: they saw past the target and say nothing of it.
     pub missed: u64,
-    /// Paths that reached the sky after those hits.
+    /// Paths that reached the sky: states, with the path's replicate as one more number at the end.
     pub escaped: HashMap<State, u64>,
-    /// Paths that were given up after those hits.
+    /// Paths that were given up, in the same form.
     pub trapped: HashMap<State, u64>,
     /// Paths that left for the sky downward, past the target's lower side.
     pub escaped_downward: u64,
@@ -26,14 +82,23 @@ pub struct Tally {
     pub inside: BTreeMap<(Option<usize>, usize), u64>,
     /// Surfaces hit in all.
     pub hits: u64,
-    current: Vec<u16>,
-    current_hits: u16,
+    current: Current,
+}
+
+/// The path that is under way.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Current {
+    replicate: u16,
+    hits: u16,
+    /// Hits on each material, or all symbols.
+    state: Vec<u16>,
 }
 
 impl Tally {
     /// An empty tally.
-    pub fn new(materials: usize) -> Self {
+    pub fn new(materials: usize, kept: Kept) -> Self {
         Self {
+            kept,
             paths: 0,
             missed: 0,
             escaped: HashMap::new(),
@@ -42,42 +107,61 @@ impl Tally {
             first_hits: vec![0; materials],
             inside: BTreeMap::new(),
             hits: 0,
-            current: vec![0; materials],
-            current_hits: 0,
+            current: Current { replicate: 0, hits: 0, state: Vec::new() },
         }
+    }
+
+    /// What is kept of a path.
+    pub fn kept(&self) -> Kept {
+        self.kept
     }
 
     /// Starts a path.
-    pub(crate) fn begin(&mut self) {
+    pub(crate) fn begin(&mut self, replicate: usize) {
         self.paths += 1;
-        self.current.fill(0);
-        self.current_hits = 0;
+        self.current.replicate = replicate as u16;
+        self.current.hits = 0;
+        self.current.state.clear();
+        if !self.kept.lists() {
+            self.current.state.resize(self.first_hits.len(), 0);
+        }
     }
 
-    /// Counts a hit of the current path; returns the path's hits so far.
-    pub(crate) fn hit(&mut self, material: u16) -> u16 {
-        if self.current_hits == 0 {
+    /// Counts a hit of the current path at a cosine; returns its symbol and the path's hits so far.
+    pub(crate) fn hit(&mut self, material: u16, facet: Facet, cosine: f64) -> (usize, u16) {
+        let current = &mut self.current;
+        if current.hits == 0 {
             self.first_hits[usize::from(material)] += 1;
         }
-        self.current[usize::from(material)] += 1;
-        self.current_hits += 1;
+        let cosines = self.kept.cosines;
+        let symbol = material * cosines + if facet.by_angle { bin(cosines, cosine) } else { 0 };
+        if self.kept.lists() {
+            current.state.push(symbol);
+        } else {
+            current.state[usize::from(material)] += 1;
+        }
+        current.hits += 1;
         self.hits += 1;
-        self.current_hits
+        (symbol.into(), current.hits)
     }
 
-    /// Ends the path in the sky.
-    pub(crate) fn escaped(&mut self, downward: bool) {
-        if self.current_hits == 0 {
+    /// Ends the path in the sky; `cosine` is that of its direction with the vertical.
+    pub(crate) fn escaped(&mut self, cosine: f64) {
+        if self.current.hits == 0 {
             self.missed += 1;
             return;
         }
-        self.escaped_downward += u64::from(downward);
-        count(&mut self.escaped, &self.current, 1);
+        self.escaped_downward += u64::from(cosine < 0.0);
+        let zenith =
+            (self.kept.zeniths > 1).then(|| bin(self.kept.zeniths, cosine.clamp(0.0, 1.0).acos() / FRAC_PI_2));
+        self.current.end(self.kept, zenith);
+        count(&mut self.escaped, &self.current.state, 1);
     }
 
     /// Gives the path up.
     pub(crate) fn trapped(&mut self) {
-        count(&mut self.trapped, &self.current, 1);
+        self.current.end(self.kept, None);
+        count(&mut self.trapped, &self.current.state, 1);
     }
 
     /// Gives the path up since it is inside a solid.
@@ -105,6 +189,16 @@ impl Tally {
         for (&meshes, &number) in &other.inside {
             *self.inside.entry(meshes).or_default() += number;
         }
+    }
+}
+
+impl Current {
+    fn end(&mut self, kept: Kept, zenith: Option<u16>) {
+        if kept.lists() && !kept.order {
+            self.state.sort_unstable();
+        }
+        self.state.extend(zenith);
+        self.state.push(self.replicate);
     }
 }
 

@@ -5,20 +5,19 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
+use crate::course::Course;
 use crate::coverage::{self, Cover};
 use crate::error::Error;
+use crate::histogram::Histogram;
 use crate::ingest;
 use crate::output;
 use crate::scene::Scene;
-use crate::signature;
+use crate::signature::{self, Grid};
 use crate::spectrum::Spectrum;
-use crate::stop::{self, Target};
-use crate::table::{self, Stop, Table, TableError, TableMaterial};
+use crate::stop::{self, Target, Traced, Watch};
+use crate::table::{self, Ended, Stop, Table, TableError, TableMaterial};
+use crate::tally::Kept;
 use crate::tracer::Tracer;
-
-/// Hits after which a path is given up. At a reflectance of .9 its weight is below 2e-6 by then, and
-/// what it still carries is part of the interval.
-pub const MAX_BOUNCES: u16 = 128;
 
 /// SHA-256 of a scene file and the meshes it names: what a table belongs to.
 pub fn scene_sha256(scene: &Scene, path: &Path) -> Result<String, Error> {
@@ -41,30 +40,37 @@ pub fn materials(scene: &Scene, path: &Path) -> Result<Vec<TableMaterial>, Error
                 let scene = path.to_owned();
                 Error::Material { scene, material: material.name.clone(), source }
             })?;
-            Ok(TableMaterial { name: material.name.clone(), spectrum, first_hits: 0 })
+            Ok(TableMaterial {
+                name: material.name.clone(),
+                spectrum,
+                temperature_k: material.temperature_k,
+                specular: material.specular,
+                first_hits: 0,
+            })
         })
         .collect()
 }
 
-/// The reflectance of each material in each band: what the stop rule looks at.
+/// The reflectance of each symbol in each band: what the stop rule looks at.
 pub fn bands(
     materials: &[TableMaterial],
+    kept: Kept,
     wavelengths_um: &[f64],
     path: &Path,
 ) -> Result<Vec<Vec<f64>>, Error> {
     for material in materials {
-        signature::reflectances(&[&material.spectrum], wavelengths_um).map_err(|source| {
+        signature::reflectances(&[&material.spectrum], kept, wavelengths_um).map_err(|source| {
             Error::Material { scene: path.to_owned(), material: material.name.clone(), source }
         })?;
     }
     let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
-    Ok(signature::reflectances(&spectra, wavelengths_um)?)
+    Ok(signature::reflectances(&spectra, kept, wavelengths_um)?)
 }
 
 /// Reads the meshes of a placed scene and makes them ready for tracing.
 pub fn tracer(scene: &Scene, path: &Path) -> Result<Tracer, Error> {
     ingest::files(scene, path)?;
-    Ok(Tracer::new(ingest::load(scene, path)?, MAX_BOUNCES))
+    Ok(Tracer::new(ingest::load(scene, path)?))
 }
 
 /// The floor's material, if nothing else is made of it.
@@ -80,51 +86,78 @@ pub fn coverage(tracer: &Tracer, scene: &Scene) -> BTreeMap<String, Cover> {
     coverage::measure(tracer, &materials, scene.seed)
 }
 
-/// Traces a scene until the widest of the bands at `wavelengths_um` has its half-width.
+/// Traces a scene until the widest of the bands of `grid` has its half-width.
 ///
-/// `progress` is told how many paths are done and how many are wanted.
+/// Where a file for what is `kept` is given, an interrupted trace leaves there what it has, and one that finds
+/// there what a trace of the same scene kept goes on from it.
 pub fn trace(
     tracer: &Tracer,
     scene: &Scene,
     path: &Path,
-    wavelengths_um: &[f64],
+    grid: &Grid,
     target: Target,
+    kept: Option<&Path>,
     progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Table, Error> {
     let materials = materials(scene, path)?;
-    let bands = bands(&materials, wavelengths_um, path)?;
-    let traced = stop::trace(tracer, scene.seed, &bands, target, progress)?;
-    if traced.tally.paths == traced.tally.missed {
-        return Err(TableError::Empty.into());
-    }
-    let mut table = Table {
+    let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
+    let wavelengths_um = grid.wavelengths_um();
+    let course = Course::new(scene, &spectra);
+    let bands = bands(&materials, course.kept, &wavelengths_um, path)?;
+    let course = course.ending_below(target.least_weight(), &bands);
+    let names: Vec<&str> = tracer.bed().meshes.iter().map(|mesh| mesh.name.as_str()).collect();
+    let empty = Table {
         soilsig_table: table::FORMAT,
         scene: scene.name.clone(),
         scene_sha256: scene_sha256(scene, path)?,
         temperature_k: scene.temperature_k,
-        sky_temperature_k: scene.sky_temperature_k,
+        sky_temperature_k: scene.sky_temperature_k.clone(),
         view: scene.view,
         seed: scene.seed,
-        max_bounces: MAX_BOUNCES,
+        max_bounces: course.most_hits,
         materials,
-        stop: Stop {
-            tolerance: target.tolerance,
-            half_width: traced.half_width,
-            widest_at_um: wavelengths_um[traced.widest],
-            reached: traced.reached,
-            trapped: traced.trapped,
-        },
+        stop: Stop::new(target.tolerance, grid.clone(), target.least_weight()),
         floor: floor_alone(tracer),
+        numbers: [0, 0],
         paths: 0,
         missed: 0,
         escaped_downward: 0,
         hits: 0,
         inside: Vec::new(),
         coverage: coverage(tracer, scene),
-        escaped: Vec::new(),
-        trapped: Vec::new(),
+        histogram: Histogram { kept: course.kept, escaped: Vec::new(), trapped: Vec::new() },
     };
-    let names: Vec<&str> = tracer.bed().meshes.iter().map(|mesh| mesh.name.as_str()).collect();
-    table.count(&traced.tally, &names);
-    Ok(table)
+    let first = target.exactly.map_or(0, |part| part.first);
+    let table_of = |traced: &Traced| {
+        let mut table = empty.clone();
+        table.count(&traced.tally, &names);
+        table.numbers = [first, first + table.paths];
+        table.stop.wanted = traced.wanted;
+        table.stop.ended_by = traced.ended_by;
+        if table.met() > 0 {
+            table.judge()?;
+        }
+        Ok::<_, Error>(table)
+    };
+    let earlier = kept
+        .filter(|file| file.is_file())
+        .and_then(|file| Table::read(file).ok())
+        .filter(|table| table.is_part_of_same(&empty) && table.numbers[0] == first)
+        .map(|table| Traced {
+            tally: table.tally(&names),
+            wanted: table.stop.wanted,
+            ended_by: Ended::Interrupted,
+        });
+    let keep = |traced: &Traced| match kept {
+        Some(file) if traced.tally.paths > traced.tally.missed => {
+            Ok(table_of(traced)?.write(file)?)
+        }
+        _ => Ok(()),
+    };
+    let watch = Watch { progress, keep: &keep };
+    let traced = stop::trace(tracer, &course, scene.seed, &bands, target, earlier, &watch)?;
+    if traced.tally.paths == traced.tally.missed {
+        return Err(TableError::Empty.into());
+    }
+    table_of(&traced)
 }

@@ -1,17 +1,20 @@
-//! Backward paths from the sensor into counts of hits per material.
+//! Backward paths from the sensor into counts of what they hit.
 //!
-//! Facets are opaque and Lambertian and directions are drawn by the cosine, so a path does not
-//! depend on wavelength: one path serves every band.
+//! Facets are opaque, and how they send a path on does not depend on wavelength: a Lambertian one by the cosine, a
+//! specular one as a mirror. So one path serves every band.
+
+use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::bvh::{Accelerator, ROUNDING};
+use crate::course::{Course, Facet};
 use crate::error::Error;
 use crate::field::{Field, Meets, Ray};
 use crate::geometry::Bed;
 use crate::interrupt;
-use crate::random::{Purpose, Source, Stream};
+use crate::random::{Point, Points, Purpose};
 use crate::tally::Tally;
 
 /// Paths that one thread traces at a go. Fixed, so that the work is cut the same way for any number of
@@ -24,7 +27,6 @@ pub struct Tracer {
     accelerator: Accelerator,
     /// Distance by which a ray's origin is lifted off each mesh, um.
     lift_um: Vec<f64>,
-    max_bounces: u16,
     field: Field,
 }
 
@@ -44,16 +46,13 @@ enum Event {
     Inside {
         mesh: usize,
     },
-    Sky {
-        downward: bool,
-    },
+    Sky,
     Lost,
 }
 
 impl Tracer {
-    /// Builds the acceleration structure; a path that has hit `max_bounces` surfaces is given up as
-    /// trapped.
-    pub fn new(bed: Bed, max_bounces: u16) -> Self {
+    /// Builds the acceleration structure.
+    pub fn new(bed: Bed) -> Self {
         let accelerator = Accelerator::new(&bed);
         // A hit lies on its triangle to double precision; the next ray's origin is rounded to single
         // precision in the mesh's coordinates. Lifting it by the bound of that rounding keeps the ray
@@ -69,7 +68,7 @@ impl Tracer {
             })
             .collect();
         let field = Field::new(&bed);
-        Self { bed, accelerator, lift_um, max_bounces, field }
+        Self { bed, accelerator, lift_um, field }
     }
 
     /// The bed that is traced.
@@ -82,31 +81,31 @@ impl Tracer {
         &self.accelerator
     }
 
-    /// Traces the paths of the numbers `first..first + paths`. `progress` is told how many paths
-    /// were done, from any thread.
+    /// Traces the paths of those numbers. `progress` is told how many paths were done, from any thread.
     pub fn trace(
         &self,
+        course: &Course,
         seed: u64,
         purpose: Purpose,
-        first: u64,
-        paths: u64,
+        numbers: Range<u64>,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Tally, Error> {
-        let source = Source::new(seed, purpose);
-        let empty = || Tally::new(self.bed.materials);
-        (0..paths.div_ceil(BLOCK))
+        let points = Points::new(seed, purpose);
+        let empty = || Tally::new(self.bed.materials, course.kept);
+        (0..(numbers.end - numbers.start).div_ceil(BLOCK))
             .into_par_iter()
             .map(|block| {
                 if interrupt::requested() {
                     return Err(Error::Interrupted);
                 }
                 let mut tally = empty();
-                let start = first + block * BLOCK;
-                let end = (start + BLOCK).min(first + paths);
-                for number in start..end {
-                    self.path(&mut source.path(number), &mut tally);
+                let first = numbers.start + block * BLOCK;
+                let end = (first + BLOCK).min(numbers.end);
+                for (replicate, mut point) in points.of(first, end) {
+                    tally.begin(replicate);
+                    self.path(course, &mut point, &mut tally);
                 }
-                progress(end - start);
+                progress(end - first);
                 Ok(tally)
             })
             .try_reduce(empty, |mut sum, part| {
@@ -116,22 +115,25 @@ impl Tracer {
     }
 
     /// One path, from the sensor until it leaves for the sky or is given up.
-    fn path(&self, random: &mut Stream, tally: &mut Tally) {
+    fn path(&self, course: &Course, random: &mut Point, tally: &mut Tally) {
         let mut ray = self.field.start(random.pair());
         let mut left = None;
-        tally.begin();
+        let mut weight = 1.0;
         loop {
             match self.next(&mut ray) {
-                Event::Sky { downward } => return tally.escaped(downward),
+                Event::Sky => return tally.escaped(ray.direction.z),
                 Event::Lost => return tally.trapped(),
                 Event::Inside { mesh } => return tally.buried(left, mesh),
                 Event::Hit { mesh, material, point, normal } => {
                     left = mesh;
-                    if tally.hit(material) >= self.max_bounces {
+                    let facet = course.facets[usize::from(material)];
+                    let (symbol, hits) = tally.hit(material, facet, -ray.direction.dot(normal));
+                    weight *= course.greatest[symbol];
+                    if hits >= course.most_hits || weight < course.least_weight {
                         return tally.trapped();
                     }
                     ray.origin = point;
-                    ray.direction = cosine_direction(normal, random.pair());
+                    ray.direction = reflected(facet, ray.direction, normal, random.pair());
                 }
             }
         }
@@ -147,7 +149,7 @@ impl Tracer {
             Meets::Plane { material, point, normal } => {
                 Event::Hit { mesh: None, material, point, normal }
             }
-            Meets::Sky { downward } => Event::Sky { downward },
+            Meets::Sky { .. } => Event::Sky,
             Meets::Lost => Event::Lost,
         }
     }
@@ -193,7 +195,7 @@ impl Tracer {
     pub fn look(&self, place: [f64; 2]) -> Option<(u16, f64)> {
         match self.next(&mut self.field.start(place)) {
             Event::Hit { material, normal, .. } => Some((material, normal.dot(self.bed.to_sensor))),
-            Event::Sky { .. } | Event::Lost | Event::Inside { .. } => None,
+            Event::Sky | Event::Lost | Event::Inside { .. } => None,
         }
     }
 
@@ -201,9 +203,21 @@ impl Tracer {
     pub fn first(&self, place: [f64; 2]) -> Option<(Option<usize>, u16)> {
         match self.next(&mut self.field.start(place)) {
             Event::Hit { mesh, material, .. } => Some((mesh, material)),
-            Event::Sky { .. } | Event::Lost | Event::Inside { .. } => None,
+            Event::Sky | Event::Lost | Event::Inside { .. } => None,
         }
     }
+}
+
+/// The direction in which a facet sends a path on: a facet that is specular in part chooses by the first number,
+/// whose rest serves the Lambertian part.
+fn reflected(facet: Facet, direction: DVec3, normal: DVec3, [u, v]: [f64; 2]) -> DVec3 {
+    if facet.specular == 0.0 {
+        return cosine_direction(normal, [u, v]);
+    }
+    if u < facet.specular {
+        return (direction - 2.0 * direction.dot(normal) * normal).normalize();
+    }
+    cosine_direction(normal, [(u - facet.specular) / (1.0 - facet.specular), v])
 }
 
 /// A direction about the normal with density cos / pi.

@@ -6,6 +6,8 @@ use std::path::Path;
 
 use crate::coverage::Cover;
 use crate::record::{Reached, Record};
+use crate::table::Ended;
+use crate::tally::Kept;
 
 /// Share of paths inside a solid from which the user is told. Where dust is seated flush some 1e-4 are
 /// lost in the crevices, to rounding; more tells of overlap.
@@ -71,6 +73,7 @@ pub fn reached(r: &Reached) -> String {
             100.0 * r.rays_share
         ),
     };
+    let _ = writeln!(text, "  of each path is kept: {}", kept(r.kept));
     let seen: Vec<String> =
         r.seen_first.iter().map(|(name, share)| format!("{name} {:.1} %", 100.0 * share)).collect();
     let _ = writeln!(text, "  seen from above: {}", seen.join(", "));
@@ -122,9 +125,25 @@ pub fn reached(r: &Reached) -> String {
     text
 }
 
+/// What of a path is kept, and why no less would do.
+fn kept(kept: Kept) -> String {
+    let mut parts = vec![match (kept.order, kept.cosines) {
+        (true, _) => "its hits in their order (materials differ in temperature)",
+        (false, 1) => "how often it hit each material",
+        (false, _) => "its hits",
+    }];
+    if kept.cosines > 1 {
+        parts.push("the cosine of each hit (a reflectance depends on it)");
+    }
+    if kept.zeniths > 1 {
+        parts.push("the zenith angle at which it left (the sky depends on it)");
+    }
+    parts.join(", ")
+}
+
 /// What is not as it should be, and what to do about it.
 fn warnings(text: &mut String, r: &Reached) {
-    if r.trapped_half_width > r.tolerance / 100.0 {
+    if r.trapped_half_width > r.tolerance / 10.0 {
         let _ = writeln!(
             text,
             "  {:.2} % of the paths were given up; they leave {:.5} of the half-width open",
@@ -141,7 +160,12 @@ fn warnings(text: &mut String, r: &Reached) {
         } else if r.packings > 1 {
             "by this spread it takes too many packings".into()
         } else {
-            "raise --max-paths".into()
+            match r.ended_by {
+                Ended::MaxSeconds => "raise --max-seconds",
+                Ended::Paths => "ask for more --paths",
+                _ => "raise --max-paths",
+            }
+            .into()
         };
         let _ = writeln!(text, "  warning: the tolerance was not reached: {remedy}");
     }

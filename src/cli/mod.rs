@@ -3,6 +3,7 @@
 mod completions;
 mod doctor;
 mod grains;
+mod merge;
 mod picture;
 mod pipeline;
 mod replay;
@@ -37,6 +38,7 @@ struct Cli {
 enum Command {
     Pipeline(pipeline::Args),
     Trace(trace::Args),
+    Merge(merge::Args),
     Signature(signature::Args),
     Replay(replay::Args),
     Grains(grains::Args),
@@ -112,6 +114,16 @@ struct Enough {
     #[arg(long, value_name = "N", default_value_t = 1 << 26,
           value_parser = clap::value_parser!(u64).range(2..))]
     max_paths: u64,
+    /// Longest that a trace may take; if it does not suffice the result is written and the exit status is 4
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    max_seconds: Option<f64>,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
+        _ => Err("it must be a number above 0".into()),
+    }
 }
 
 fn range(text: &str) -> Result<(f64, f64), String> {
@@ -168,6 +180,7 @@ pub fn run() -> ExitCode {
     let result = match &cli.command {
         Command::Pipeline(args) => pipeline::run(args, &cache),
         Command::Trace(args) => trace::run(args),
+        Command::Merge(args) => merge::run(args),
         Command::Signature(args) => signature::run(args).map(|()| None),
         Command::Replay(args) => replay::run(args),
         Command::Grains(args) => grains::run(args, &cache).map(|()| None),

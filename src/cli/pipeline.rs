@@ -65,6 +65,7 @@ pub fn run(args: &Args, cache: &Cache) -> Outcome {
         packings: args.packings.into(),
         tolerance: args.enough.tolerance,
         max_paths: args.enough.max_paths,
+        max_seconds: args.enough.max_seconds,
         grid: args.bands.grid(),
         patch_obj: args.patch_obj,
         blender: args.in_blender.blender(),

@@ -46,7 +46,14 @@ pub fn run(args: &Args) -> Result<(), Error> {
         let Some(material) = table.materials.iter_mut().find(|m| m.name == name) else {
             usage(&format!("the table has no material {name:?}, but {}", names.join(", ")));
         };
-        material.spectrum = Spectrum::resolve(&source(text), Path::new(""))?;
+        let spectrum = Spectrum::resolve(&source(text), Path::new(""))?;
+        if spectrum.is_angular() != material.spectrum.is_angular() {
+            usage(&format!(
+                "{given:?}: the paths were traced with {}, which sends them on in other ways; trace the scene again",
+                material.spectrum
+            ));
+        }
+        material.spectrum = spectrum;
     }
     if let Some(temperature_k) = args.temperature {
         if !(temperature_k.is_finite() && temperature_k > 0.0) {

@@ -5,12 +5,14 @@ use std::path::PathBuf;
 use soilsig::error::Status;
 use soilsig::progress::Step;
 use soilsig::scene::Scene;
-use soilsig::stop::Target;
+use soilsig::stop::{Part, Target};
 use soilsig::{output, report, signature, trace, words};
 
-use super::{Bands, Enough, Outcome, print};
+use super::{Bands, Enough, Outcome, print, usage};
 
 /// Traces a placed scene into a bounce table, which `signature` evaluates
+///
+/// An interrupted trace leaves what it has in FILE.partial; the same command again goes on from there.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scene file with placed geometry
@@ -23,6 +25,14 @@ pub struct Args {
     seed: Option<u64>,
     #[command(flatten)]
     enough: Enough,
+    /// Trace exactly so many paths, whatever they reach; paths that can no longer matter at the tolerance are
+    /// still given up
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..1 << 40),
+          conflicts_with_all = ["max_paths", "max_seconds"])]
+    paths: Option<u64>,
+    /// Trace one of n parts of those paths, to be put together by `merge`
+    #[arg(long, value_name = "I/N", value_parser = shard, requires = "paths")]
+    shard: Option<(u64, u64)>,
     #[command(flatten)]
     bands: Bands,
     /// Print what was reached as JSON
@@ -30,31 +40,56 @@ pub struct Args {
     json: bool,
 }
 
+fn shard(text: &str) -> Result<(u64, u64), String> {
+    let (number, shards) = text.split_once('/').ok_or("write I/N, as in 1/4")?;
+    let read = |text: &str| text.trim().parse::<u64>().map_err(|e| format!("{text:?}: {e}"));
+    match (read(number)?, read(shards)?) {
+        (number, shards) if (1..=shards).contains(&number) => Ok((number, shards)),
+        (number, shards) => Err(format!("there is no shard {number} of {shards}: they count from 1")),
+    }
+}
+
 pub fn run(args: &Args) -> Outcome {
-    let wavelengths_um = args.bands.grid().wavelengths_um();
+    let grid = args.bands.grid();
+    let exactly = args.paths.map(|paths| {
+        let (number, shards) = args.shard.unwrap_or((1, 1));
+        let part = Part::shard(number, shards, paths);
+        if part.first == part.end {
+            usage(&format!("{paths} paths are too few for {shards} shards"));
+        }
+        part
+    });
     let mut scene = Scene::read(&args.scene)?;
     scene.seed = args.seed.unwrap_or(scene.seed);
     // A place that cannot be written to is known before the work, not after it.
     output::may_write(&args.out)?;
-    let target = Target { tolerance: args.enough.tolerance, max_paths: args.enough.max_paths };
+    let target = Target {
+        tolerance: args.enough.tolerance,
+        max_paths: args.enough.max_paths,
+        max_seconds: args.enough.max_seconds,
+        exactly,
+    };
     let step = Step::new("load");
     let tracer = trace::tracer(&scene, &args.scene)?;
     step.done(&format!("{} triangles", tracer.bed().triangles()));
     let step = Step::new("trace");
+    let mut partial = args.out.clone().into_os_string();
+    partial.push(".partial");
+    let partial = PathBuf::from(partial);
+    let at = |done, of| step.at(done, of, "paths");
     let table =
-        trace::trace(&tracer, &scene, &args.scene, &wavelengths_um, target, &|done, of| {
-            step.at(done, of, "paths");
-        })?;
+        trace::trace(&tracer, &scene, &args.scene, &grid, target, Some(&partial), &at)?;
     table.write(&args.out)?;
+    output::remove(&partial)?;
     step.done(&format!("{} paths, {} hits", table.paths, table.hits));
-    let reached_all = table.stop.reached;
+    let all_reached = table.stop.reached || exactly.is_some();
     let packings = [table];
-    let bands = signature::evaluate(&packings, &wavelengths_um)?;
+    let bands = signature::evaluate(&packings, &grid.wavelengths_um())?;
     let reached = report::reached(&packings, &bands, args.enough.tolerance);
     if args.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&reached).expect("plain data")))?;
     } else {
         print(&format!("{}: {}", scene.name, words::reached(&reached)))?;
     }
-    Ok((!reached_all).then_some(Status::ToleranceNotReached))
+    Ok((!all_reached).then_some(Status::ToleranceNotReached))
 }

@@ -286,7 +286,7 @@ mod tests {
                 let cosine = piece.normal.as_dvec3().dot(camera.to_eye);
                 seen[piece.pixel] = Some((piece.material, cosine));
             }
-            let tracer = Tracer::new(bed, 1);
+            let tracer = Tracer::new(bed);
             let differ = seen.iter().enumerate().filter(|(pixel, seen)| {
                 let place = |i: usize| (i as f64 + 0.5) / 200.0;
                 let traced = tracer.look([place(pixel % 200), 1.0 - place(pixel / 200)]);

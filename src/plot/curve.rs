@@ -22,7 +22,7 @@ impl Curve {
         Self {
             label: label.to_owned(),
             wavelength_um: bands.iter().map(|band| band.wavelength_um).collect(),
-            emissivity: bands.iter().map(|band| band.emissivity.emissivity).collect(),
+            emissivity: bands.iter().map(|band| band.emissivity.mean).collect(),
             half_width: bands.iter().map(|band| band.emissivity.half_width).collect(),
         }
     }

@@ -1,0 +1,32 @@
+//! `soilsig merge`: the tables of shards into that of the whole trace.
+
+use std::path::PathBuf;
+
+use soilsig::error::{Error, Status};
+use soilsig::{merge, output, report, signature, words};
+
+use super::{Outcome, print};
+
+/// Puts the bounce tables of all shards of one trace together: byte for byte the table of one run
+#[derive(clap::Args)]
+pub struct Args {
+    /// Bounce tables of `soilsig trace --shard`, all of them, in any order
+    #[arg(required = true, value_name = "TABLE")]
+    tables: Vec<PathBuf>,
+    /// Bounce table to write
+    #[arg(long, short, value_name = "FILE")]
+    out: PathBuf,
+}
+
+pub fn run(args: &Args) -> Outcome {
+    output::may_write(&args.out)?;
+    let table = merge::merge(&args.tables)?;
+    table.write(&args.out)?;
+    let (name, tolerance) = (table.scene.clone(), table.stop.tolerance);
+    let wavelengths_um = table.stop.grid.wavelengths_um();
+    let whole = [table];
+    let bands = signature::evaluate(&whole, &wavelengths_um)?;
+    let reached = report::reached(&whole, &bands, tolerance);
+    print(&format!("{name}: {}", words::reached(&reached)))?;
+    Ok::<_, Error>((!reached.tolerance_reached).then_some(Status::ToleranceNotReached))
+}

@@ -1,0 +1,295 @@
+//! The joint histogram of what paths did, and what it says for given reflectances.
+//!
+//! A path that hits facets of reflectance rho_1, rho_2, ... before it reaches the sky carries W, their product,
+//! to it. The histogram is all that any spectra need to know of a traced bed: it is evaluated
+//! without tracing again.
+
+use std::collections::HashMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::random::REPLICATES;
+use crate::tally::{Kept, State, Tally};
+
+/// A state and, for each replicate that has any, how many of its paths ended in it.
+pub type Counted = (State, Vec<(u16, u64)>);
+
+/// How many paths of each replicate ended in which state.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Histogram {
+    /// What the states tell.
+    pub kept: Kept,
+    /// States of paths that reached the sky, in lexical order.
+    pub escaped: Vec<Counted>,
+    /// States of paths that were given up, in lexical order.
+    pub trapped: Vec<Counted>,
+}
+
+/// A mean over paths and how far it is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mean {
+    /// The mean; what trapped paths leave open counts with half of its bound.
+    pub mean: f64,
+    /// Standard error of the mean, from the spread between replicates.
+    pub standard_error: f64,
+    /// Half of what trapped paths leave open: the mean is known no better than that.
+    pub trapped: f64,
+}
+
+impl Mean {
+    /// Half-width of the 95 % interval: the noise of the rays and what trapped paths leave open.
+    pub fn half_width(&self) -> f64 {
+        T_95 * self.standard_error + self.trapped
+    }
+}
+
+/// Quantile of Student's t for two-sided 95 % with a degree of freedom less than there are replicates.
+pub const T_95: f64 = 2.039_513_446;
+
+/// Radiance that reaches the sensor, W m-2 sr-1 um-1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Radiance {
+    /// What facets emit, sent on by others or not; trapped paths have no part in it.
+    pub l_emitted: f64,
+    /// What they reflect of the sky; trapped paths have no part in it.
+    pub l_reflected: f64,
+    /// All that leaves the target (Eq. 1), with half of what trapped paths leave open.
+    pub l_target: Mean,
+}
+
+/// What there is to reflect and to emit, in one band.
+#[derive(Debug, Clone, Copy)]
+pub struct Sources<'a> {
+    /// Reflectance of each symbol.
+    pub reflectance: &'a [f64],
+    /// Radiance of a black body at the temperature of each material.
+    pub l_blackbody: &'a [f64],
+    /// Radiance of the sky in each zenith bin.
+    pub l_sky: &'a [f64],
+}
+
+/// Sums over the paths of each replicate.
+struct Sums {
+    value: [f64; REPLICATES],
+    open: f64,
+}
+
+/// Powers of a reflectance that are computed beforehand.
+const POWERS: usize = 64;
+
+impl Histogram {
+    /// The histogram of a tally.
+    pub fn of(tally: &Tally) -> Self {
+        Self {
+            kept: tally.kept(),
+            escaped: grouped(&tally.escaped),
+            trapped: grouped(&tally.trapped),
+        }
+    }
+
+    /// The counts as they were before they were grouped; of the tally nothing else.
+    pub(crate) fn tally(&self, materials: usize) -> Tally {
+        let mut tally = Tally::new(materials, self.kept);
+        for (into, from) in [(&mut tally.escaped, &self.escaped), (&mut tally.trapped, &self.trapped)] {
+            for (state, counts) in from {
+                for &(replicate, count) in counts {
+                    let key = state.iter().copied().chain([replicate]).collect();
+                    into.insert(key, count);
+                }
+            }
+        }
+        tally
+    }
+
+    /// How many paths it holds.
+    pub fn paths(&self) -> u64 {
+        self.escaped.iter().chain(&self.trapped).flat_map(|(_, of)| of).map(|(_, count)| count).sum()
+    }
+
+    /// How many paths were given up.
+    pub fn given_up(&self) -> u64 {
+        self.trapped.iter().flat_map(|(_, of)| of).map(|(_, count)| count).sum()
+    }
+
+    /// What makes a histogram that was read no histogram of so many materials.
+    pub(crate) fn check(&self, materials: usize) -> Result<(), String> {
+        let kept = self.kept;
+        if kept.cosines == 0 || kept.zeniths == 0 {
+            return Err("a number of bins is 0".into());
+        }
+        let symbols = kept.symbols(materials);
+        let sound = |hits: &[u16]| {
+            if kept.lists() {
+                !hits.is_empty() && hits.iter().all(|&symbol| usize::from(symbol) < symbols)
+            } else {
+                hits.len() == materials
+            }
+        };
+        for (state, counts) in self.escaped.iter().chain(&self.trapped) {
+            if counts.iter().any(|(replicate, _)| usize::from(*replicate) >= REPLICATES) {
+                return Err(format!("a replicate is not within 0 to {}", REPLICATES - 1));
+            }
+            if state.is_empty() {
+                return Err("a state is empty".into());
+            }
+        }
+        let escaped = self.escaped.iter().all(|(state, _)| {
+            let (hits, bin) = kept.split(state);
+            sound(hits) && bin < kept.zeniths.into()
+        });
+        if !escaped || !self.trapped.iter().all(|(state, _)| sound(state)) {
+            return Err("a state does not fit the materials and what is kept of a path".into());
+        }
+        Ok(())
+    }
+
+    /// Paths that ended in a state, by replicate.
+    fn met(&self) -> [f64; REPLICATES] {
+        let mut met = [0.0; REPLICATES];
+        for (_, counts) in self.escaped.iter().chain(&self.trapped) {
+            for &(replicate, count) in counts {
+                met[usize::from(replicate)] += count as f64;
+            }
+        }
+        met
+    }
+
+    /// The mean weight that paths bring to the sky, for a reflectance of each symbol.
+    ///
+    /// The directional-hemispherical reflectance of the bed: 1 less its emissivity (Kirchhoff).
+    pub fn weight(&self, reflectance: &[f64]) -> Mean {
+        let product = Product::new(self.kept, reflectance);
+        let mut sums = Sums::new();
+        for (state, counts) in &self.escaped {
+            let (hits, _) = self.kept.split(state);
+            sums.add(counts, product.of(hits), 0.0);
+        }
+        for (state, counts) in &self.trapped {
+            let half = product.of(state) / 2.0;
+            sums.add(counts, half, half);
+        }
+        sums.mean(&self.met(), 1.0)
+    }
+
+    /// The radiance that reaches the sensor.
+    ///
+    /// # Panics
+    /// If materials differ in radiance and the histogram does not keep the order of hits.
+    pub fn radiance(&self, sources: Sources) -> Radiance {
+        let Sources { reflectance, l_blackbody, l_sky } = sources;
+        let product = Product::new(self.kept, reflectance);
+        let alike = l_blackbody.iter().all(|l| *l == l_blackbody[0]);
+        assert!(alike || self.kept.order, "materials differ in temperature: their order is needed");
+        let cosines = usize::from(self.kept.cosines);
+        // What the hits of a path emit, and the weight that is left for what comes after them.
+        let emitted = |hits: &[u16]| {
+            if alike {
+                let weight = product.of(hits);
+                return ((1.0 - weight) * l_blackbody[0], weight);
+            }
+            hits.iter().fold((0.0, 1.0), |(sum, weight), &symbol| {
+                let rho = reflectance[usize::from(symbol)];
+                let l_blackbody = l_blackbody[usize::from(symbol) / cosines];
+                (sum + weight * (1.0 - rho) * l_blackbody, weight * rho)
+            })
+        };
+        let brightest = l_blackbody.iter().chain(l_sky).copied().fold(0.0, f64::max);
+        let (mut target, mut l_emitted, mut l_reflected) = (Sums::new(), 0.0, 0.0);
+        for (state, counts) in &self.escaped {
+            let (hits, bin) = self.kept.split(state);
+            let (own, weight) = emitted(hits);
+            let sky = weight * l_sky[bin];
+            target.add(counts, own + sky, 0.0);
+            let number: f64 = counts.iter().map(|(_, count)| *count as f64).sum();
+            l_emitted += number * own;
+            l_reflected += number * sky;
+        }
+        for (state, counts) in &self.trapped {
+            let (own, weight) = emitted(state);
+            let half = weight * brightest / 2.0;
+            target.add(counts, own + half, half);
+            l_emitted += own * counts.iter().map(|(_, count)| *count as f64).sum::<f64>();
+        }
+        let met = self.met();
+        let paths: f64 = met.iter().sum();
+        Radiance {
+            l_emitted: l_emitted / paths,
+            l_reflected: l_reflected / paths,
+            l_target: target.mean(&met, brightest),
+        }
+    }
+}
+
+fn grouped(counts: &HashMap<State, u64>) -> Vec<Counted> {
+    let mut list: Vec<(&State, u64)> = counts.iter().map(|(key, &count)| (key, count)).collect();
+    list.sort_unstable();
+    let mut groups: Vec<Counted> = Vec::new();
+    for (key, count) in list {
+        let (&replicate, state) = key.split_last().expect("a key ends with its replicate");
+        match groups.last_mut() {
+            Some((last, of)) if **last == *state => of.push((replicate, count)),
+            _ => groups.push((state.into(), vec![(replicate, count)])),
+        }
+    }
+    groups
+}
+
+/// The product of the reflectances of a path's hits.
+struct Product<'a> {
+    lists: bool,
+    reflectance: &'a [f64],
+    /// States are many, powers few.
+    powers: Vec<Vec<f64>>,
+}
+
+impl<'a> Product<'a> {
+    fn new(kept: Kept, reflectance: &'a [f64]) -> Self {
+        let lists = kept.lists();
+        let of = |rho: &f64| std::iter::successors(Some(1.0), |power| Some(power * rho)).take(POWERS).collect();
+        let powers = if lists { Vec::new() } else { reflectance.iter().map(of).collect() };
+        Self { lists, reflectance, powers }
+    }
+
+    fn of(&self, hits: &[u16]) -> f64 {
+        if self.lists {
+            return hits.iter().map(|&symbol| self.reflectance[usize::from(symbol)]).product();
+        }
+        let power = |(material, &n): (usize, &u16)| {
+            let listed = self.powers[material].get(usize::from(n)).copied();
+            listed.unwrap_or_else(|| self.reflectance[material].powi(n.into()))
+        };
+        hits.iter().enumerate().map(power).product()
+    }
+}
+
+impl Sums {
+    fn new() -> Self {
+        Self { value: [0.0; REPLICATES], open: 0.0 }
+    }
+
+    fn add(&mut self, counts: &[(u16, u64)], value: f64, open: f64) {
+        for &(replicate, count) in counts {
+            self.value[usize::from(replicate)] += count as f64 * value;
+            self.open += count as f64 * open;
+        }
+    }
+
+    /// The mean over all paths that met the target, as the ratio of two sums: how many paths of a replicate met it
+    /// is itself random.
+    ///
+    /// One replicate tells nothing of the spread: then it is the widest that numbers up to `greatest` can have.
+    fn mean(&self, met: &[f64; REPLICATES], greatest: f64) -> Mean {
+        let paths: f64 = met.iter().sum();
+        let mean = self.value.iter().sum::<f64>() / paths;
+        let replicates = met.iter().filter(|&&met| met > 0.0).count() as f64;
+        let standard_error = if replicates < 2.0 {
+            greatest / 2.0
+        } else {
+            let squares: f64 =
+                self.value.iter().zip(met).map(|(sum, met)| (sum - mean * met).powi(2)).sum();
+            (squares * replicates / (replicates - 1.0)).sqrt() / paths
+        };
+        Mean { mean, standard_error, trapped: self.open / paths }
+    }
+}
