@@ -136,6 +136,9 @@ pub enum SpectrumSource {
     File(PathBuf),
     /// The same emissivity at every wavelength, 0 to 1.
     Constant(f64),
+    /// Shipped optical constants, `quartz` or `quartz_spitzer_kleinman`: the facets reflect specularly,
+    /// with the Fresnel reflectance at the angle of each hit.
+    Fresnel(String),
 }
 
 /// The bed: to be made, or made.

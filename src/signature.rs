@@ -11,7 +11,7 @@ use crate::interrupt;
 use crate::output::{self, OutputError};
 use crate::packings::Estimate;
 use crate::radiance;
-use crate::spectrum::{Spectrum, SpectrumError};
+use crate::spectrum::{Spectrum, SpectrumError, kirchhoff};
 use crate::table::Table;
 
 /// Wavelengths at which a signature is evaluated.
@@ -91,7 +91,7 @@ pub fn reflectances(
 ) -> Result<Vec<Vec<f64>>, SpectrumError> {
     wavelengths_um
         .iter()
-        .map(|&um| spectra.iter().map(|spectrum| Ok(1.0 - spectrum.emissivity(um)?)).collect())
+        .map(|&um| spectra.iter().map(|spectrum| spectrum.emissivity(um).map(kirchhoff)).collect())
         .collect()
 }
 
