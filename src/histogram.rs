@@ -91,7 +91,9 @@ impl Histogram {
     /// The counts as they were before they were grouped; of the tally nothing else.
     pub(crate) fn tally(&self, materials: usize) -> Tally {
         let mut tally = Tally::new(materials, self.kept);
-        for (into, from) in [(&mut tally.escaped, &self.escaped), (&mut tally.trapped, &self.trapped)] {
+        for (into, from) in
+            [(&mut tally.escaped, &self.escaped), (&mut tally.trapped, &self.trapped)]
+        {
             for (state, counts) in from {
                 for &(replicate, count) in counts {
                     let key = state.iter().copied().chain([replicate]).collect();
@@ -104,7 +106,12 @@ impl Histogram {
 
     /// How many paths it holds.
     pub fn paths(&self) -> u64 {
-        self.escaped.iter().chain(&self.trapped).flat_map(|(_, of)| of).map(|(_, count)| count).sum()
+        self.escaped
+            .iter()
+            .chain(&self.trapped)
+            .flat_map(|(_, of)| of)
+            .map(|(_, count)| count)
+            .sum()
     }
 
     /// How many paths were given up.
@@ -246,7 +253,9 @@ struct Product<'a> {
 impl<'a> Product<'a> {
     fn new(kept: Kept, reflectance: &'a [f64]) -> Self {
         let lists = kept.lists();
-        let of = |rho: &f64| std::iter::successors(Some(1.0), |power| Some(power * rho)).take(POWERS).collect();
+        let of = |rho: &f64| {
+            std::iter::successors(Some(1.0), |power| Some(power * rho)).take(POWERS).collect()
+        };
         let powers = if lists { Vec::new() } else { reflectance.iter().map(of).collect() };
         Self { lists, reflectance, powers }
     }

@@ -26,21 +26,33 @@ pub fn merge(files: &[PathBuf]) -> Result<Table, Error> {
         if !part.is_part_of_same(first) {
             let differs = part.differs_from(first).join(", ");
             let other = first_file.display();
-            return wrong(file, format!("this is no part of the trace of {other}: they differ in {differs}"));
+            return wrong(
+                file,
+                format!("this is no part of the trace of {other}: they differ in {differs}"),
+            );
         }
         let (of, wanted) = (part.stop.wanted, first.stop.wanted);
         if of != wanted {
             let other = first_file.display();
-            return wrong(file, format!("it is part of a trace of {of} paths, {other} of one of {wanted}"));
+            return wrong(
+                file,
+                format!("it is part of a trace of {of} paths, {other} of one of {wanted}"),
+            );
         }
         if part.stop.ended_by == Ended::Interrupted {
             return wrong(file, "its trace was interrupted and is not whole".into());
         }
         if from < next {
-            return wrong(file, format!("paths {from} to {} are in another part too", next.min(end)));
+            return wrong(
+                file,
+                format!("paths {from} to {} are in another part too", next.min(end)),
+            );
         }
         if from > next {
-            return wrong(file, format!("paths {next} to {from} before it are in none of the parts"));
+            return wrong(
+                file,
+                format!("paths {next} to {from} before it are in none of the parts"),
+            );
         }
         next = end;
     }

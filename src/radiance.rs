@@ -30,7 +30,8 @@ pub fn emissivity(l_target: f64, l_blackbody: f64, l_downwelling: f64) -> f64 {
 /// Radiance of an isotropic sky that would light a horizontal surface as one does whose radiance depends on the
 /// zenith angle, given in bins of equal width from 0 to 90 degrees.
 pub fn l_downwelling(l_sky: &[f64]) -> f64 {
-    let edge = |i: usize| (std::f64::consts::FRAC_PI_2 * i as f64 / l_sky.len() as f64).sin().powi(2);
+    let edge =
+        |i: usize| (std::f64::consts::FRAC_PI_2 * i as f64 / l_sky.len() as f64).sin().powi(2);
     l_sky.iter().enumerate().map(|(i, l)| l * (edge(i + 1) - edge(i))).sum()
 }
 

@@ -84,8 +84,10 @@ impl Point {
     pub fn pair(&mut self) -> [f64; 2] {
         let pair = self.held.take().unwrap_or_else(|| {
             // More dimensions than the sequence has are those of another one.
-            let (round, set) =
-                (self.set / sobol_burley::NUM_DIMENSION_SETS_4D, self.set % sobol_burley::NUM_DIMENSION_SETS_4D);
+            let (round, set) = (
+                self.set / sobol_burley::NUM_DIMENSION_SETS_4D,
+                self.set % sobol_burley::NUM_DIMENSION_SETS_4D,
+            );
             let [a, b, c, d] =
                 sobol_burley::sample_4d(self.index, set, self.scrambling.wrapping_add(round));
             self.set += 1;

@@ -162,7 +162,9 @@ impl Sky {
         match self {
             Self::Isotropic(kelvin) => *kelvin,
             Self::ByZenith(points) => {
-                let above = points.partition_point(|p| p.zenith_deg < zenith_deg).clamp(1, points.len() - 1);
+                let above = points
+                    .partition_point(|p| p.zenith_deg < zenith_deg)
+                    .clamp(1, points.len() - 1);
                 let [a, b] = [points[above - 1], points[above]];
                 let share = (zenith_deg - a.zenith_deg) / (b.zenith_deg - a.zenith_deg);
                 a.temperature_k + share * (b.temperature_k - a.temperature_k)
@@ -198,6 +200,9 @@ pub enum SpectrumSource {
     File(PathBuf),
     /// The same emissivity at every wavelength, 0 to 1.
     Constant(f64),
+    /// Shipped optical constants, `quartz` or `quartz_spitzer_kleinman`: the facets reflect specularly,
+    /// with the Fresnel reflectance at the angle of each hit.
+    Fresnel(String),
 }
 
 /// The bed: to be made, or made.

@@ -7,12 +7,12 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
+use crate::histogram::{Radiance, Sources};
 use crate::interrupt;
 use crate::output::{self, OutputError};
-use crate::histogram::{Radiance, Sources};
 use crate::packings::Estimate;
 use crate::radiance;
-use crate::spectrum::{Spectrum, SpectrumError};
+use crate::spectrum::{Spectrum, SpectrumError, kirchhoff};
 use crate::table::Table;
 use crate::tally::Kept;
 
@@ -117,7 +117,7 @@ pub fn reflectances(
                         all.push(of(spectrum, um, bin)?);
                     }
                 } else {
-                    let reflectance = 1.0 - spectrum.emissivity(um)?;
+                    let reflectance = kirchhoff(spectrum.emissivity(um)?);
                     all.resize(all.len() + usize::from(kept.cosines), reflectance);
                 }
             }
@@ -167,7 +167,8 @@ fn band(packings: &[Table], wavelength_um: f64, reflectance: &[f64]) -> Band {
             l_emitted,
             l_reflected,
             l_target: radiance::l_target(l_emitted, l_reflected),
-            l_target_standard_error: emissivity.standard_error * (l_blackbody - l_downwelling).abs(),
+            l_target_standard_error: emissivity.standard_error
+                * (l_blackbody - l_downwelling).abs(),
             l_blackbody,
             l_downwelling,
         };
@@ -175,8 +176,11 @@ fn band(packings: &[Table], wavelength_um: f64, reflectance: &[f64]) -> Band {
     let zeniths = f64::from(kept.zeniths);
     let l_sky: Vec<f64> =
         (0..kept.zeniths).map(|bin| sky((f64::from(bin) + 0.5) / zeniths * 90.0)).collect();
-    let own: Vec<f64> =
-        table.materials.iter().map(|m| planck(m.temperature_k.unwrap_or(table.temperature_k))).collect();
+    let own: Vec<f64> = table
+        .materials
+        .iter()
+        .map(|m| planck(m.temperature_k.unwrap_or(table.temperature_k)))
+        .collect();
     let sources = Sources { reflectance, l_blackbody: &own, l_sky: &l_sky };
     let all: Vec<Radiance> = packings.iter().map(|p| p.histogram.radiance(sources)).collect();
     let mean = |of: &dyn Fn(&Radiance) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
@@ -223,9 +227,14 @@ pub fn csv_text(bands: &[Band]) -> String {
             Some(spread) => write!(text, ",{spread:.7}"),
             None => write!(text, ","),
         };
-        for radiance in
-            [b.l_emitted, b.l_reflected, b.l_target, b.l_target_standard_error, b.l_blackbody, b.l_downwelling]
-        {
+        for radiance in [
+            b.l_emitted,
+            b.l_reflected,
+            b.l_target,
+            b.l_target_standard_error,
+            b.l_blackbody,
+            b.l_downwelling,
+        ] {
             let _ = write!(text, ",{radiance:.7}");
         }
         text.push('\n');

@@ -56,7 +56,8 @@ impl Part {
     /// One of several parts of about equal size, counted from 1; each has as many paths of each replicate.
     pub fn shard(number: u64, shards: u64, of: u64) -> Self {
         let lots = of.div_ceil(LOT);
-        let edge = |shard: u64| (u128::from(lots) * u128::from(shard) / u128::from(shards)) as u64 * LOT;
+        let edge =
+            |shard: u64| (u128::from(lots) * u128::from(shard) / u128::from(shards)) as u64 * LOT;
         Self { first: edge(number - 1).min(of), end: edge(number).min(of), of }
     }
 }

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::coverage::Cover;
-use crate::output::{self, OutputError};
 use crate::histogram::{Histogram, Mean};
+use crate::output::{self, OutputError};
 use crate::scene::{Sky, View, is_zero};
 use crate::signature::{Grid, reflectances};
 use crate::spectrum::{Spectrum, SpectrumError};
@@ -296,11 +296,7 @@ impl Table {
     /// The table without what its paths counted.
     fn rules(&self) -> Self {
         Self {
-            stop: Stop::new(
-                self.stop.tolerance,
-                self.stop.grid.clone(),
-                self.stop.least_weight,
-            ),
+            stop: Stop::new(self.stop.tolerance, self.stop.grid.clone(), self.stop.least_weight),
             numbers: [0, 0],
             paths: 0,
             missed: 0,
@@ -380,17 +376,25 @@ impl Table {
             paths.iter().map(|path| Self::read(path)).collect::<Result<_, _>>()?;
         for (i, table) in tables.iter().enumerate().skip(1) {
             let of = |t: &Self| {
-                let materials: Vec<_> =
-                    t.materials.iter().map(TableMaterial::uncounted).collect();
+                let materials: Vec<_> = t.materials.iter().map(TableMaterial::uncounted).collect();
                 let kept = t.histogram.kept;
-                (t.scene.clone(), materials, t.temperature_k, t.sky_temperature_k.clone(), t.view, kept)
+                (
+                    t.scene.clone(),
+                    materials,
+                    t.temperature_k,
+                    t.sky_temperature_k.clone(),
+                    t.view,
+                    kept,
+                )
             };
             let twin = tables[..i].iter().position(|t| t.scene_sha256 == table.scene_sha256);
             let problem = if of(table) != of(&tables[0]) {
                 format!("this is no packing of the scene of {}", paths[0].display())
             } else if let Some(twin) = twin.filter(|&twin| tables[twin].numbers != table.numbers) {
                 let other = paths[twin].display();
-                format!("this is another part of the trace of {other}: `soilsig merge` puts them together")
+                format!(
+                    "this is another part of the trace of {other}: `soilsig merge` puts them together"
+                )
             } else if let Some(twin) = twin {
                 format!("this is the same bed as {}", paths[twin].display())
             } else {

@@ -152,8 +152,8 @@ impl Tally {
             return;
         }
         self.escaped_downward += u64::from(cosine < 0.0);
-        let zenith =
-            (self.kept.zeniths > 1).then(|| bin(self.kept.zeniths, cosine.clamp(0.0, 1.0).acos() / FRAC_PI_2));
+        let zenith = (self.kept.zeniths > 1)
+            .then(|| bin(self.kept.zeniths, cosine.clamp(0.0, 1.0).acos() / FRAC_PI_2));
         self.current.end(self.kept, zenith);
         count(&mut self.escaped, &self.current.state, 1);
     }

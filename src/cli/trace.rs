@@ -45,7 +45,9 @@ fn shard(text: &str) -> Result<(u64, u64), String> {
     let read = |text: &str| text.trim().parse::<u64>().map_err(|e| format!("{text:?}: {e}"));
     match (read(number)?, read(shards)?) {
         (number, shards) if (1..=shards).contains(&number) => Ok((number, shards)),
-        (number, shards) => Err(format!("there is no shard {number} of {shards}: they count from 1")),
+        (number, shards) => {
+            Err(format!("there is no shard {number} of {shards}: they count from 1"))
+        }
     }
 }
 
@@ -77,8 +79,7 @@ pub fn run(args: &Args) -> Outcome {
     partial.push(".partial");
     let partial = PathBuf::from(partial);
     let at = |done, of| step.at(done, of, "paths");
-    let table =
-        trace::trace(&tracer, &scene, &args.scene, &grid, target, Some(&partial), &at)?;
+    let table = trace::trace(&tracer, &scene, &args.scene, &grid, target, Some(&partial), &at)?;
     table.write(&args.out)?;
     output::remove(&partial)?;
     step.done(&format!("{} paths, {} hits", table.paths, table.hits));

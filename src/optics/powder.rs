@@ -1,80 +1,11 @@
-//! Optical constants of crystalline quartz and the closed form of a powder's emissivity.
+//! The closed form of a powder's emissivity.
 
 use std::f64::consts::PI;
 
+use num_complex::Complex64;
 use serde::Deserialize;
 
-/// A complex number, as much of it as a dielectric function needs.
-#[derive(Debug, Clone, Copy)]
-struct Complex {
-    re: f64,
-    im: f64,
-}
-
-impl Complex {
-    fn square_root(self) -> Self {
-        let modulus = self.re.hypot(self.im);
-        let part = |re: f64| f64::midpoint(modulus, re).sqrt();
-        Self { re: part(self.re), im: part(-self.re) }
-    }
-}
-
-/// One damped harmonic oscillator of a dielectric function.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-pub struct Oscillator {
-    /// Resonance wavenumber, cm-1.
-    pub v0_per_cm: f64,
-    /// Strength, dimensionless.
-    pub strength: f64,
-    /// Damping as a fraction of the resonance wavenumber.
-    pub damping: f64,
-}
-
-/// The dielectric function along one axis of a crystal.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Axis {
-    /// Dielectric constant far above the resonances.
-    pub eps_inf: f64,
-    /// The oscillators.
-    pub oscillators: Vec<Oscillator>,
-}
-
-impl Axis {
-    /// Refractive index n and extinction coefficient k at a wavelength in um:
-    /// (n + ik)^2 = eps_inf + sum of S v0^2 / (v0^2 - v^2 - i g v0 v).
-    pub fn index(&self, wavelength_um: f64) -> (f64, f64) {
-        let v = 1e4 / wavelength_um;
-        let mut eps = Complex { re: self.eps_inf, im: 0.0 };
-        for oscillator in &self.oscillators {
-            let v0 = oscillator.v0_per_cm;
-            let re = v0 * v0 - v * v;
-            let im = -oscillator.damping * v0 * v;
-            let scale = oscillator.strength * v0 * v0 / (re * re + im * im);
-            eps.re += scale * re;
-            eps.im -= scale * im;
-        }
-        let root = eps.square_root();
-        (root.re, root.im)
-    }
-}
-
-/// Reflectance of a smooth surface at normal incidence (Fresnel).
-pub fn normal_reflectance((n, k): (f64, f64)) -> f64 {
-    ((n - 1.0).powi(2) + k * k) / ((n + 1.0).powi(2) + k * k)
-}
-
-/// The two dielectric functions of a uniaxial crystal.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct UniaxialCrystal {
-    /// Where the constants come from.
-    pub citation: String,
-    /// Across the optic axis.
-    pub ordinary: Axis,
-    /// Along the optic axis.
-    pub extraordinary: Axis,
-}
+use super::{Axis, UniaxialCrystal, normal_reflectance};
 
 /// Parameters of [`PowderForm`], as they stand in a file of spectra/.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -180,8 +111,8 @@ impl PowderForm {
         let Surface { a, c } = self.parameters.surface;
         let surface = a * rs * (1.0 - c) / (1.0 - c * rs);
         let volume = self.parameters.volume.as_ref().map_or(0.0, |&Volume { b, r0, d_um, m }| {
-            let transmitted = |(_, k): (f64, f64)| {
-                let x = 4.0 * PI * k * d_um / wavelength_um;
+            let transmitted = |index: Complex64| {
+                let x = 4.0 * PI * index.im * d_um / wavelength_um;
                 m.map_or_else(|| (-x).exp(), |m| (1.0 + x / m).powf(-m))
             };
             let t = (2.0 * transmitted(o) + transmitted(e)) / 3.0;
@@ -194,19 +125,6 @@ impl PowderForm {
 #[cfg(test)]
 mod tests {
     use crate::spectrum::Spectrum;
-
-    #[test]
-    fn quartz_constants_have_their_known_christiansen_point_and_reststrahlen_maxima() {
-        let crystal = crate::spectrum::quartz();
-        let n_minus_1 = |um: f64| crystal.ordinary.index(um).0 - 1.0;
-        assert!(n_minus_1(7.35) * n_minus_1(7.36) < 0.0, "n crosses 1 at 7.355 um");
-        let reflectance = |um: f64| super::normal_reflectance(crystal.ordinary.index(um));
-        for maximum in [8.475, 8.985] {
-            assert!(reflectance(maximum) > reflectance(maximum - 0.02));
-            assert!(reflectance(maximum) > reflectance(maximum + 0.02));
-        }
-        assert!(reflectance(8.615) < reflectance(8.6) && reflectance(8.615) < reflectance(8.63));
-    }
 
     #[test]
     fn shipped_forms_give_their_published_values() {

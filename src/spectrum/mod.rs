@@ -34,6 +34,9 @@ pub enum SpectrumError {
     /// There is no shipped spectrum of that name.
     #[error("there is no shipped spectrum {0:?}")]
     Unknown(String),
+    /// There is no shipped set of optical constants of that name.
+    #[error("there are no shipped optical constants {0:?}")]
+    UnknownConstants(String),
     /// The spectrum does not hold the wavelength wanted.
     #[error("the spectrum of {of} holds {}-{} um, and {wanted_um} um is wanted", held_um[0], held_um[1])]
     Range {
@@ -51,6 +54,7 @@ impl SpectrumError {
     pub fn hint(&self) -> Option<String> {
         Some(match self {
             Self::Unknown(_) => format!("there are {}", BUILTIN.map(|(name, _)| name).join(", ")),
+            Self::UnknownConstants(_) => format!("there are {}", QUARTZ_SETS.join(" and ")),
             Self::Form { .. } => "a spectrum is a CSV file of two columns, wavelength in um and \
                                   emissivity from 0 to 1; one heading line may come first"
                 .into(),
@@ -63,19 +67,34 @@ impl SpectrumError {
 }
 
 const BUILTIN: [(&str, &str); 3] = [
-    ("quartz_fine", include_str!("../spectra/quartz_fine.json")),
-    ("quartz_medium", include_str!("../spectra/quartz_medium.json")),
-    ("quartz_coarse", include_str!("../spectra/quartz_coarse.json")),
+    ("quartz_fine", include_str!("../../spectra/quartz_fine.json")),
+    ("quartz_medium", include_str!("../../spectra/quartz_medium.json")),
+    ("quartz_coarse", include_str!("../../spectra/quartz_coarse.json")),
 ];
 
-static QUARTZ: LazyLock<UniaxialCrystal> = LazyLock::new(|| {
-    serde_json::from_str(include_str!("../spectra/quartz_constants.json"))
-        .expect("the shipped constants are read by a test")
-});
+/// Names of the shipped sets of optical constants of crystalline quartz, the better one first.
+pub const QUARTZ_SETS: [&str; 2] = ["quartz", "quartz_spitzer_kleinman"];
 
-/// The shipped optical constants of quartz.
-pub fn quartz() -> &'static UniaxialCrystal {
-    &QUARTZ
+/// A shipped set of optical constants by name.
+pub fn crystal(name: &str) -> Result<&'static UniaxialCrystal, SpectrumError> {
+    static SETS: LazyLock<[UniaxialCrystal; 2]> = LazyLock::new(|| {
+        [
+            include_str!("../../spectra/quartz.json"),
+            include_str!("../../spectra/quartz_spitzer_kleinman.json"),
+        ]
+        .map(|text| serde_json::from_str(text).expect("the shipped constants are read by a test"))
+    });
+    QUARTZ_SETS
+        .iter()
+        .position(|known| *known == name)
+        .map(|set| &SETS[set])
+        .ok_or_else(|| SpectrumError::UnknownConstants(name.to_owned()))
+}
+
+/// Kirchhoff's law for an opaque surface, both ways: emissivity of a reflectance, reflectance of an
+/// emissivity. The reflectance is that into, or from, the whole hemisphere.
+pub fn kirchhoff(one_of_both: f64) -> f64 {
+    1.0 - one_of_both
 }
 
 /// Emissivity against wavelength. As JSON it is whole in itself: a table that carries it can be
@@ -89,6 +108,8 @@ pub enum Spectrum {
     Builtin(String, Box<PowderForm>),
     /// Points with straight lines between them.
     Tabulated(Tabulated),
+    /// Specular reflection by shipped optical constants, by their name: it depends on the angle.
+    Fresnel(String, &'static UniaxialCrystal),
 }
 
 /// A spectrum as points, wavelengths ascending.
@@ -108,6 +129,7 @@ enum Stored {
     Constant(f64),
     Builtin(String),
     Tabulated(Tabulated),
+    Fresnel(String),
 }
 
 impl From<Spectrum> for Stored {
@@ -116,6 +138,7 @@ impl From<Spectrum> for Stored {
             Spectrum::Constant(value) => Self::Constant(value),
             Spectrum::Builtin(name, _) => Self::Builtin(name),
             Spectrum::Tabulated(points) => Self::Tabulated(points),
+            Spectrum::Fresnel(name, _) => Self::Fresnel(name),
         }
     }
 }
@@ -127,6 +150,7 @@ impl TryFrom<Stored> for Spectrum {
             Stored::Constant(value) => Self::Constant(value),
             Stored::Builtin(name) => Self::builtin(&name)?,
             Stored::Tabulated(points) => Self::Tabulated(points),
+            Stored::Fresnel(name) => Self::fresnel(&name)?,
         })
     }
 }
@@ -144,6 +168,9 @@ impl fmt::Display for Spectrum {
                 )
             }
             Self::Tabulated(points) => write!(f, "{}", points.file),
+            Self::Fresnel(name, crystal) => {
+                write!(f, "{name}, {}, specular facets (Fresnel)", crystal.title)
+            }
         }
     }
 }
@@ -155,7 +182,13 @@ impl Spectrum {
             SpectrumSource::Builtin(name) => Self::builtin(name),
             SpectrumSource::Constant(value) => Ok(Self::Constant(*value)),
             SpectrumSource::File(path) => read_csv(&folder.join(path)).map(Self::Tabulated),
+            SpectrumSource::Fresnel(name) => Self::fresnel(name),
         }
+    }
+
+    /// Facets that reflect specularly by shipped optical constants.
+    pub fn fresnel(constants: &str) -> Result<Self, SpectrumError> {
+        Ok(Self::Fresnel(constants.to_owned(), crystal(constants)?))
     }
 
     /// A shipped spectrum by name.
@@ -166,7 +199,10 @@ impl Spectrum {
             .ok_or_else(|| SpectrumError::Unknown(name.to_owned()))?;
         let parameters: PowderParameters =
             serde_json::from_str(text).expect("the shipped parameters are read by a test");
-        Ok(Self::Builtin(name.to_owned(), Box::new(PowderForm::new(quartz(), parameters))))
+        Ok(Self::Builtin(
+            name.to_owned(),
+            Box::new(PowderForm::new(crystal("quartz_spitzer_kleinman")?, parameters)),
+        ))
     }
 
     /// What is wrong with it, if anything: a table may have been written by other hands.
@@ -195,26 +231,55 @@ impl Spectrum {
             Self::Tabulated(points) => {
                 Some([points.wavelength_um[0], *points.wavelength_um.last()?])
             }
+            Self::Fresnel(_, crystal) => Some(crystal.range_um),
         }
     }
 
-    /// Emissivity at a wavelength in um; an error outside the range held, never a guess.
+    /// Whether the reflectance depends on the angle of incidence. The facets are specular then, and
+    /// Lambertian otherwise.
+    pub fn is_angular(&self) -> bool {
+        matches!(self, Self::Fresnel(..))
+    }
+
+    /// Emissivity at a wavelength in um; an error outside the range held, never a guess. Where it
+    /// depends on the angle, this is the hemispherical one.
     pub fn emissivity(&self, wavelength_um: f64) -> Result<f64, SpectrumError> {
-        if let Some(held_um) = self.range_um()
-            && !(held_um[0]..=held_um[1]).contains(&wavelength_um)
-        {
-            let of = match self {
-                Self::Tabulated(points) => points.file.clone(),
-                Self::Builtin(name, _) => name.clone(),
-                Self::Constant(_) => String::new(),
-            };
-            return Err(SpectrumError::Range { of, wanted_um: wavelength_um, held_um });
-        }
+        self.within_range(wavelength_um)?;
         Ok(match self {
             Self::Constant(value) => *value,
             Self::Builtin(_, form) => form.emissivity(wavelength_um),
             Self::Tabulated(points) => points.interpolate(wavelength_um),
+            Self::Fresnel(_, crystal) => {
+                kirchhoff(crystal.hemispherical_reflectance(wavelength_um))
+            }
         })
+    }
+
+    /// Reflectance of a facet at a wavelength in um, for unpolarised light at a cosine of the angle of
+    /// incidence from 0 to 1; the same at every angle unless it [is angular](Self::is_angular). An error
+    /// outside the range held.
+    pub fn reflectance_at(&self, wavelength_um: f64, cosine: f64) -> Result<f64, SpectrumError> {
+        match self {
+            Self::Fresnel(_, crystal) => {
+                self.within_range(wavelength_um)?;
+                Ok(crystal.reflectance(wavelength_um, cosine))
+            }
+            _ => self.emissivity(wavelength_um).map(kirchhoff),
+        }
+    }
+
+    fn within_range(&self, wavelength_um: f64) -> Result<(), SpectrumError> {
+        match self.range_um() {
+            Some(held_um) if !(held_um[0]..=held_um[1]).contains(&wavelength_um) => {
+                let of = match self {
+                    Self::Tabulated(points) => points.file.clone(),
+                    Self::Builtin(name, _) | Self::Fresnel(name, _) => name.clone(),
+                    Self::Constant(_) => String::new(),
+                };
+                Err(SpectrumError::Range { of, wanted_um: wavelength_um, held_um })
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -334,12 +399,31 @@ mod tests {
     }
 
     #[test]
+    fn only_fresnel_facets_reflect_by_angle_and_their_emissivity_is_hemispherical() {
+        let fresnel = Spectrum::fresnel("quartz").expect("shipped");
+        let at = |cosine| fresnel.reflectance_at(9.0, cosine).expect("in range");
+        assert!(fresnel.is_angular() && at(0.0) > at(0.5) && at(0.5) > at(1.0));
+        let mean = crate::optics::hemispherical_mean(at);
+        assert!((fresnel.emissivity(9.0).expect("in range") + mean - 1.0).abs() < 1e-12);
+        for um in [6.99, 14.01] {
+            for outside in [fresnel.emissivity(um), fresnel.reflectance_at(um, 1.0)] {
+                assert!(matches!(outside, Err(SpectrumError::Range { .. })), "{um}");
+            }
+        }
+        let constant = Spectrum::Constant(0.25);
+        assert!(!constant.is_angular());
+        assert_eq!(constant.reflectance_at(9.0, 0.1).expect("no bound"), 0.75);
+        assert!(matches!(Spectrum::fresnel("basalt"), Err(SpectrumError::UnknownConstants(_))));
+    }
+
+    #[test]
     fn a_stored_spectrum_reads_back_the_same() {
         let tabulated = csv("8,0.2\n10,0.6\n").expect("a spectrum");
         for spectrum in [
             Spectrum::Constant(0.3),
             Spectrum::builtin("quartz_coarse").expect("shipped"),
             Spectrum::Tabulated(tabulated),
+            Spectrum::fresnel("quartz").expect("shipped"),
         ] {
             let text = serde_json::to_string(&spectrum).expect("JSON");
             assert_eq!(serde_json::from_str::<Spectrum>(&text).expect("the same JSON"), spectrum);

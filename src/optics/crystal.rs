@@ -1,0 +1,186 @@
+//! Optical constants of a uniaxial crystal.
+
+use num_complex::Complex64;
+use serde::Deserialize;
+
+use super::fresnel::{hemispherical_mean, unpolarised_reflectance};
+
+/// One damped harmonic oscillator of a dielectric function.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Oscillator {
+    /// Resonance wavenumber, cm-1.
+    pub v0_per_cm: f64,
+    /// Strength, dimensionless.
+    pub strength: f64,
+    /// Damping as a fraction of the resonance wavenumber.
+    pub damping: f64,
+}
+
+/// One pair of modes in the four-parameter form of a dielectric function.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Factor {
+    /// Wavenumber of the transverse optical mode, cm-1.
+    pub to_per_cm: f64,
+    /// Its damping, cm-1.
+    pub to_damping_per_cm: f64,
+    /// Wavenumber of the longitudinal optical mode, cm-1.
+    pub lo_per_cm: f64,
+    /// Its damping, cm-1.
+    pub lo_damping_per_cm: f64,
+}
+
+/// The dielectric function along one axis of a crystal, at v = 1e4 / wavelength in cm-1:
+///
+/// eps = eps_inf prod (LO^2 - v^2 - i gLO v) / (TO^2 - v^2 - i gTO v) + sum S v0^2 / (v0^2 - v^2 - i g v0 v)
+///
+/// Published sets of constants have either factors or oscillators.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Axis {
+    /// Dielectric constant far above the resonances.
+    pub eps_inf: f64,
+    /// The factors of the product.
+    #[serde(default)]
+    pub factors: Vec<Factor>,
+    /// The terms of the sum.
+    #[serde(default)]
+    pub oscillators: Vec<Oscillator>,
+}
+
+impl Axis {
+    /// The complex dielectric function at a wavelength in um.
+    pub fn dielectric(&self, wavelength_um: f64) -> Complex64 {
+        let v = 1e4 / wavelength_um;
+        let resonance =
+            |v0: f64, damping_per_cm: f64| Complex64::new(v0 * v0 - v * v, -damping_per_cm * v);
+        let product: Complex64 = self
+            .factors
+            .iter()
+            .map(|f| {
+                resonance(f.lo_per_cm, f.lo_damping_per_cm)
+                    / resonance(f.to_per_cm, f.to_damping_per_cm)
+            })
+            .product();
+        let sum: Complex64 = self
+            .oscillators
+            .iter()
+            .map(|o| {
+                o.strength * o.v0_per_cm * o.v0_per_cm
+                    / resonance(o.v0_per_cm, o.damping * o.v0_per_cm)
+            })
+            .sum();
+        self.eps_inf * product + sum
+    }
+
+    /// The complex refractive index n + ik at a wavelength in um.
+    pub fn index(&self, wavelength_um: f64) -> Complex64 {
+        self.dielectric(wavelength_um).sqrt()
+    }
+}
+
+/// Optical constants of a uniaxial crystal, as they stand in a file of spectra/.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UniaxialCrystal {
+    /// What they are constants of.
+    pub title: String,
+    /// Where they come from.
+    pub citation: String,
+    /// Wavelengths in which they hold, um.
+    pub range_um: [f64; 2],
+    /// Across the optic axis.
+    pub ordinary: Axis,
+    /// Along the optic axis.
+    pub extraordinary: Axis,
+}
+
+impl UniaxialCrystal {
+    /// Reflectance of a smooth face to unpolarised light at a cosine of the angle of incidence,
+    /// 0 to 1, with the crystal's axes at random: (2 Ro + Re) / 3.
+    pub fn reflectance(&self, wavelength_um: f64, cosine: f64) -> f64 {
+        self.mean(wavelength_um, |eps| unpolarised_reflectance(eps, cosine))
+    }
+
+    /// The same for light from all of the hemisphere.
+    pub fn hemispherical_reflectance(&self, wavelength_um: f64) -> f64 {
+        self.mean(wavelength_um, |eps| {
+            hemispherical_mean(|cosine| unpolarised_reflectance(eps, cosine))
+        })
+    }
+
+    fn mean(&self, wavelength_um: f64, of: impl Fn(Complex64) -> f64) -> f64 {
+        let [o, e] = [&self.ordinary, &self.extraordinary].map(|a| of(a.dielectric(wavelength_um)));
+        (2.0 * o + e) / 3.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spectrum::{QUARTZ_SETS, crystal};
+
+    fn normal(axis: &Axis, um: f64) -> f64 {
+        unpolarised_reflectance(axis.dielectric(um), 1.0)
+    }
+
+    #[test]
+    fn the_oscillators_of_quartz_have_their_known_christiansen_points_and_maxima() {
+        let quartz = crystal("quartz_spitzer_kleinman").expect("shipped");
+        for (axis, christiansen_um, maxima_um) in [
+            (&quartz.ordinary, 7.355, &[8.475, 8.985, 12.495][..]),
+            (&quartz.extraordinary, 7.350, &[12.805][..]),
+        ] {
+            let n_minus_1 = |um: f64| axis.index(um).re - 1.0;
+            assert!(
+                n_minus_1(christiansen_um - 0.003) < 0.0
+                    && n_minus_1(christiansen_um + 0.003) > 0.0
+                    || n_minus_1(christiansen_um - 0.003) > 0.0
+                        && n_minus_1(christiansen_um + 0.003) < 0.0
+            );
+            for &um in maxima_um {
+                assert!(normal(axis, um) > normal(axis, um - 0.01), "{um}");
+                assert!(normal(axis, um) > normal(axis, um + 0.01), "{um}");
+            }
+        }
+        let dip = |um| normal(&quartz.ordinary, um);
+        assert!(dip(8.615) < dip(8.6) && dip(8.615) < dip(8.63));
+    }
+
+    #[test]
+    fn a_four_parameter_factor_is_one_at_no_splitting_and_follows_lyddane_sachs_teller() {
+        let factor = Factor {
+            to_per_cm: 1065.0,
+            to_damping_per_cm: 7.0,
+            lo_per_cm: 1226.0,
+            lo_damping_per_cm: 7.0,
+        };
+        let none = Factor { lo_per_cm: 1065.0, ..factor };
+        let axis = |factors| Axis { eps_inf: 2.0, factors, oscillators: vec![] };
+        assert!((axis(vec![none]).dielectric(9.0) - 2.0).norm() < 1e-14);
+        let still = axis(vec![factor]).dielectric(1e7).re;
+        assert!((still - 2.0 * (1226.0_f64 / 1065.0).powi(2)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn both_sets_of_quartz_agree_where_no_resonance_is_near_and_conserve_energy() {
+        let [a, b] = QUARTZ_SETS.map(|name| crystal(name).expect("shipped"));
+        for um in [10.0, 10.5, 11.0, 11.5] {
+            let (a, b) = (a.reflectance(um, 1.0), b.reflectance(um, 1.0));
+            assert!((a - b).abs() < 0.015, "{um}: {a} {b}");
+        }
+        for quartz in [a, b] {
+            for um in (700..=1400).map(|i| f64::from(i) / 100.0) {
+                for axis in [&quartz.ordinary, &quartz.extraordinary] {
+                    assert!(axis.dielectric(um).im > 0.0, "gain at {um} um");
+                }
+                let of = |cosine| quartz.reflectance(um, cosine);
+                assert!(
+                    (0..=64).map(|i| of(f64::from(i) / 64.0)).all(|r| (0.0..=1.0).contains(&r))
+                );
+                assert!((of(0.0) - 1.0).abs() < 1e-12);
+            }
+        }
+    }
+}
