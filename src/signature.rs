@@ -157,21 +157,7 @@ fn band(packings: &[Table], wavelength_um: f64, reflectance: &[f64]) -> Band {
         table.sky_temperature_k.as_ref().map_or(0.0, |sky| planck(sky.temperature_k(zenith_deg)))
     };
     if kept.zeniths == 1 && !kept.order {
-        // A path emits with all the weight that it does not bring to the sky, and reflects the sky with the rest.
-        let l_downwelling = sky(0.0);
-        let l_emitted = emissivity.mean * l_blackbody;
-        let l_reflected = (1.0 - emissivity.mean) * l_downwelling;
-        return Band {
-            wavelength_um,
-            emissivity,
-            l_emitted,
-            l_reflected,
-            l_target: radiance::l_target(l_emitted, l_reflected),
-            l_target_standard_error: emissivity.standard_error
-                * (l_blackbody - l_downwelling).abs(),
-            l_blackbody,
-            l_downwelling,
-        };
+        return isothermal(wavelength_um, emissivity, l_blackbody, sky(0.0));
     }
     let zeniths = f64::from(kept.zeniths);
     let l_sky: Vec<f64> =
@@ -194,6 +180,28 @@ fn band(packings: &[Table], wavelength_um: f64, reflectance: &[f64]) -> Band {
         l_target_standard_error: l_target.standard_error,
         l_blackbody,
         l_downwelling: radiance::l_downwelling(&l_sky),
+    }
+}
+
+/// A band of a scene of one temperature under an isotropic sky: a path emits with all the weight that it does not bring
+/// to the sky, and reflects the sky with the rest.
+fn isothermal(
+    wavelength_um: f64,
+    emissivity: Estimate,
+    l_blackbody: f64,
+    l_downwelling: f64,
+) -> Band {
+    let l_emitted = emissivity.mean * l_blackbody;
+    let l_reflected = (1.0 - emissivity.mean) * l_downwelling;
+    Band {
+        wavelength_um,
+        emissivity,
+        l_emitted,
+        l_reflected,
+        l_target: radiance::l_target(l_emitted, l_reflected),
+        l_target_standard_error: emissivity.standard_error * (l_blackbody - l_downwelling).abs(),
+        l_blackbody,
+        l_downwelling,
     }
 }
 
@@ -277,7 +285,7 @@ mod tests {
     #[test]
     fn eq_2_and_eq_3_give_the_same_emissivity_under_any_sky() {
         let e = Estimate {
-            emissivity: 0.763,
+            mean: 0.763,
             standard_error: 1e-3,
             half_width: 2e-3,
             rays_standard_error: 1e-3,
@@ -286,7 +294,8 @@ mod tests {
         };
         for um in [7.5, 9.0, 14.0] {
             for sky_k in [None, Some(3.0), Some(270.0), Some(299.0), Some(320.0)] {
-                let b = band(um, e, 300.0, sky_k);
+                let l_downwelling = sky_k.map_or(0.0, |sky_k| radiance::planck(um, sky_k));
+                let b = isothermal(um, e, radiance::planck(um, 300.0), l_downwelling);
                 let retrieved = radiance::emissivity(b.l_target, b.l_blackbody, b.l_downwelling);
                 assert!((retrieved - 0.763).abs() < 1e-12, "{um} um, sky {sky_k:?}: {retrieved}");
             }

@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use std::fs;
 
 use soilsig::radiance;
+use soilsig::scene::Sky;
 use soilsig::signature;
 use soilsig::table::Table;
 use tempfile::TempDir;
@@ -98,7 +99,7 @@ fn sphere_case(open: f64, lower: f64, emissivities: &[f64]) -> Case {
 fn emissivity(table: &Table) -> (f64, f64) {
     let one = std::slice::from_ref(table);
     let bands = signature::evaluate(one, &[9.0]).expect("constant spectra");
-    (bands[0].emissivity.emissivity, bands[0].emissivity.standard_error)
+    (bands[0].emissivity.mean, bands[0].emissivity.standard_error)
 }
 
 /// Within three standard errors, and the error of a sphere made of facets: their share of the area
@@ -160,13 +161,13 @@ fn an_isothermal_box_under_a_sky_of_its_own_temperature_looks_black() {
         v 500 500 400\nv 0 500 400\nusemtl m0\nf 1 2 3 4\nusemtl m1\nf 1 2 6 5\nf 2 3 7 6\n\
         f 3 4 8 7\nf 4 1 5 8\n";
     let mut table = Case::new(open_box, ALONE, &[0.6, 0.2]).trace(0.005);
-    table.sky_temperature_k = Some(300.0);
+    table.sky_temperature_k = Some(Sky::Isotropic(300.0));
     for um in [7.5, 10.0, 14.0] {
         let one = std::slice::from_ref(&table);
         let band = signature::evaluate(one, &[um]).expect("constant spectra")[0];
         let black = radiance::planck(um, 300.0);
         assert!((band.l_target / black - 1.0).abs() < 1e-12);
-        let emissivity = band.emissivity.emissivity;
+        let emissivity = band.emissivity.mean;
         assert!(emissivity > 0.65 && emissivity < 1.0, "it is a cavity: {emissivity}");
     }
 }

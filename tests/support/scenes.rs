@@ -13,7 +13,7 @@ pub fn trace_file(path: &Path, seed: u64, tolerance: f64) -> Table {
     let mut scene = Scene::read(path).expect("the scene is sound");
     scene.seed = seed;
     let tracer = trace::tracer(&scene, path).expect("its meshes are sound");
-    let target = Target { tolerance, max_paths: 1 << 26 };
-    let bands = Grid::new(9.0, 9.0, 0.01).expect("a grid").wavelengths_um();
-    trace::trace(&tracer, &scene, path, &bands, target, &|_, _| ()).expect("traced")
+    let band = Grid::new(9.0, 9.0, 0.01).expect("a grid");
+    trace::trace(&tracer, &scene, path, &band, Target::of(tolerance), None, &|_, _| ())
+        .expect("traced")
 }
