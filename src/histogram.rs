@@ -302,3 +302,78 @@ impl Sums {
         Mean { mean, standard_error, trapped: self.open / paths }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn state(hits: &[u16]) -> State {
+        hits.into()
+    }
+
+    #[test]
+    fn the_mean_and_its_error_are_those_of_the_replicates() {
+        // Two replicates of 10 and 30 paths; facets of rho .5 and .2.
+        let histogram = Histogram {
+            kept: Kept::PLAIN,
+            escaped: vec![
+                (state(&[0, 1]), vec![(0, 4), (1, 20)]),
+                (state(&[1, 0]), vec![(0, 6), (1, 6)]),
+            ],
+            trapped: vec![(state(&[2, 0]), vec![(1, 4)])],
+        };
+        let weight = histogram.weight(&[0.5, 0.2]);
+        let sums: [f64; 2] = [4.0 * 0.2 + 6.0 * 0.5, 20.0 * 0.2 + 6.0 * 0.5 + 4.0 * 0.125];
+        let mean = (sums[0] + sums[1]) / 40.0;
+        assert!((weight.mean - mean).abs() < 1e-15);
+        let squares = (sums[0] - 10.0 * mean).powi(2) + (sums[1] - 30.0 * mean).powi(2);
+        assert!((weight.standard_error - (2.0 * squares).sqrt() / 40.0).abs() < 1e-15);
+        assert!((weight.trapped - 4.0 * 0.125 / 40.0).abs() < 1e-15);
+        assert_eq!((histogram.paths(), histogram.given_up()), (40, 4));
+    }
+
+    #[test]
+    fn one_replicate_tells_nothing_of_the_spread() {
+        let histogram = Histogram {
+            kept: Kept::PLAIN,
+            escaped: vec![(state(&[1]), vec![(3, 1000)])],
+            trapped: Vec::new(),
+        };
+        assert_eq!(histogram.weight(&[0.5]).standard_error, 0.5);
+    }
+
+    /// Two paths by hand: over the first material into the sky's second bin; over the first, the second, and the first
+    /// again into its first bin.
+    #[test]
+    fn radiance_is_emitted_and_reflected_in_the_order_of_hits() {
+        let kept = Kept { order: true, cosines: 1, zeniths: 2 };
+        let histogram = Histogram {
+            kept,
+            escaped: vec![(state(&[0, 1]), vec![(0, 1)]), (state(&[0, 1, 0, 0]), vec![(1, 1)])],
+            trapped: Vec::new(),
+        };
+        let (rho, l, sky) = ([0.5, 0.2], [10.0, 20.0], [1.0, 3.0]);
+        let sources = Sources { reflectance: &rho, l_blackbody: &l, l_sky: &sky };
+        let radiance = histogram.radiance(sources);
+        let first = [0.5 * 10.0, 0.5 * 3.0];
+        let second =
+            [0.5 * 10.0 + 0.5 * 0.8 * 20.0 + 0.5 * 0.2 * 0.5 * 10.0, 0.5 * 0.2 * 0.5 * 1.0];
+        assert!((radiance.l_emitted - f64::midpoint(first[0], second[0])).abs() < 1e-14);
+        assert!((radiance.l_reflected - f64::midpoint(first[1], second[1])).abs() < 1e-14);
+        let sum = radiance.l_emitted + radiance.l_reflected;
+        assert!((radiance.l_target.mean - sum).abs() < 1e-14);
+    }
+
+    #[test]
+    fn what_trapped_paths_may_still_bring_is_half_counted_and_half_open() {
+        let histogram = Histogram {
+            kept: Kept { order: true, ..Kept::PLAIN },
+            escaped: Vec::new(),
+            trapped: vec![(state(&[0]), vec![(0, 1), (1, 1)])],
+        };
+        let sources = Sources { reflectance: &[0.5], l_blackbody: &[8.0], l_sky: &[12.0] };
+        let target = histogram.radiance(sources).l_target;
+        // Emitted for certain: 4; to come: 0 to .5 of the brightest there is.
+        assert_eq!((target.mean, target.trapped), (4.0 + 3.0, 3.0));
+    }
+}

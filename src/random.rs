@@ -158,6 +158,48 @@ mod tests {
     }
 
     #[test]
+    fn points_of_a_path_depend_on_seed_purpose_and_number_alone() {
+        let of = |seed, purpose, number: u64| {
+            let (replicate, mut point) =
+                Points::new(seed, purpose).of(number, number + 1).next().expect("one");
+            (replicate, (0..300).flat_map(|_| point.pair()).collect::<Vec<f64>>())
+        };
+        let number = 70_000 * REPLICATES as u64 + 5;
+        let (replicate, first) = of(1, Purpose::Result, number);
+        assert_eq!(replicate, 5);
+        let among = Points::new(1, Purpose::Result).of(number - 9, number + 9).nth(9);
+        let (_, mut among) = among.expect("it is among them");
+        assert_eq!(first[..2], among.pair());
+        for other in [
+            of(2, Purpose::Result, number),
+            of(1, Purpose::Pilot, number),
+            of(1, Purpose::Result, number + 1),
+            of(1, Purpose::Result, number + REPLICATES as u64),
+            of(1, Purpose::Result, number - (REPLICATES as u64) * SEQUENCE),
+        ] {
+            assert_ne!(first, other.1);
+        }
+        let [deep, shallow] = [&first[512..600], &first[..88]];
+        assert_ne!(deep, shallow, "dimensions beyond the sequence's are others");
+    }
+
+    /// Of one replicate's first 2^n points each strip of width 2^-n holds one, along either coordinate.
+    #[test]
+    fn points_of_a_replicate_are_evenly_spread() {
+        let paths = 256 * REPLICATES as u64;
+        let mut held = [[0; 256]; 4];
+        for (replicate, mut point) in Points::new(3, Purpose::Result).of(0, paths) {
+            if replicate == 7 {
+                let all = [point.pair(), point.pair()].concat();
+                for (strips, x) in held.iter_mut().zip(all) {
+                    strips[(x * 256.0) as usize] += 1;
+                }
+            }
+        }
+        assert!(held.iter().flatten().all(|&count| count == 1));
+    }
+
+    #[test]
     fn every_packing_has_a_seed_of_its_own() {
         let mut seeds: Vec<u64> =
             (1..4).flat_map(|seed| (0..100).map(move |i| seed_of(seed, i))).collect();
