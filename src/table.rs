@@ -303,6 +303,7 @@ impl Table {
             escaped_downward: 0,
             hits: 0,
             inside: Vec::new(),
+            coverage: BTreeMap::new(),
             materials: self.materials.iter().map(TableMaterial::uncounted).collect(),
             histogram: Histogram {
                 kept: self.histogram.kept,

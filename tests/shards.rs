@@ -45,10 +45,10 @@ fn shards_merge_into_the_table_of_one_run() {
     let parts = [paths("1.json"), paths("2.json"), paths("3.json")];
     assert_eq!(parts.iter().sum::<u64>(), 20_000);
     assert!(parts.iter().all(|part| part.abs_diff(6667) < 1024), "{parts:?}");
-    run(&place, &["merge", "3.json", "1.json", "2.json", "--out", "merged.json"], 4);
+    run(&place, &["merge", "3.json", "1.json", "2.json", "--out", "merged.json"], 0);
     let bytes = |name: &str| fs::read(place.path(name)).expect("written");
     assert!(bytes("merged.json") == bytes("whole.json"));
-    run(&place, &["merge", "whole.json", "--out", "again.json"], 4);
+    run(&place, &["merge", "whole.json", "--out", "again.json"], 0);
     assert!(bytes("again.json") == bytes("whole.json"));
 }
 
@@ -101,37 +101,42 @@ fn tables_that_are_no_parts_of_one_trace_are_refused() {
 #[test]
 fn an_interrupted_trace_goes_on_where_it_was() {
     let place = Place::new();
-    let paths = ["--paths", "1000000", "--tolerance", "0.001"];
-    let args = [&["trace", &shipped("settled_patch.json"), "--out", "t.json"], &paths[..]].concat();
-    let begin = || {
-        Command::new(env!("CARGO_BIN_EXE_soilsig"))
+    let paths = ["--paths", "600000"];
+    let patch = shipped("settled_patch.json");
+    let args = [&["trace", &patch, "--out", "t.json"], &paths[..]].concat();
+    let interrupt_after = |time: Duration| {
+        let mut running = Command::new(env!("CARGO_BIN_EXE_soilsig"))
             .args(&args)
             .current_dir(place.path(""))
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()
-            .expect("it starts")
-    };
-    let mut done = Vec::new();
-    for _ in 0..2 {
-        let mut running = begin();
-        sleep(Duration::from_millis(1500));
+            .expect("it starts");
+        sleep(time);
         kill(Pid::from_raw(running.id().cast_signed()), Signal::SIGINT).expect("sent");
-        let status = running.wait().expect("it ends");
-        assert_eq!(status.code(), Some(130));
+        assert_eq!(running.wait().expect("it ends").code(), Some(130));
         assert!(!place.path("t.json").exists(), "nothing half done has its name");
-        done.push(table(&place, "t.json.partial")["paths"].as_u64().expect("a number"));
+    };
+    // Long enough for a part of it on any machine, as short as this one allows.
+    let partial = place.path("t.json.partial");
+    let mut tries = 1..50;
+    while !partial.exists() {
+        interrupt_after(Duration::from_millis(200) * tries.next().expect("a part was done"));
     }
-    assert!(0 < done[0] && done[0] < done[1] && done[1] < 1_000_000, "{done:?}");
-    let whole = Instant::now();
-    trace(&place, "whole.json", &paths);
-    let whole = whole.elapsed();
-    let rest = Instant::now();
+    let done = table(&place, "t.json.partial")["paths"].as_u64().expect("a number");
+    assert!(0 < done && done < 600_000, "{done}");
+    // A mark that only a trace that goes on from there can bring into its result.
+    let text = fs::read_to_string(&partial).expect("written");
+    let marked = text.replace(r#""escaped_downward": 0"#, r#""escaped_downward": 7"#);
+    assert_ne!(marked, text);
+    fs::write(&partial, marked).expect("written");
     trace(&place, "t.json", &paths);
-    assert!(rest.elapsed() < whole, "it does not begin anew");
-    assert!(!place.path("t.json.partial").exists());
-    let bytes = |name: &str| fs::read(place.path(name)).expect("written");
-    assert!(bytes("t.json") == bytes("whole.json"));
+    assert!(!partial.exists());
+    trace(&place, "whole.json", &paths);
+    let read = |name: &str| fs::read_to_string(place.path(name)).expect("written");
+    let found = read("t.json").replace(r#""escaped_downward": 7"#, r#""escaped_downward": 0"#);
+    assert_ne!(found, read("t.json"), "it began anew");
+    assert!(found == read("whole.json"));
 }
 
 #[test]
@@ -186,7 +191,7 @@ fn no_spread_is_not_taken_for_certainty() {
     for (tolerance, least) in [("0.01", 8192), ("0.0001", 30_000)] {
         run(&place, &["trace", "plate.json", "--out", "t.json", "--tolerance", tolerance], 0);
         let table = table(&place, "t.json");
-        assert_eq!(table["stop"]["half_width"], 0.0);
+        assert!(table["stop"]["half_width"].as_f64().expect("a number") < 1e-9);
         assert!(table["paths"].as_u64().expect("a number") >= least, "{tolerance}");
     }
     let few = ["--tolerance", "0.0001", "--max-paths", "20000"];

@@ -1,0 +1,65 @@
+//! How often the 95 % interval of a trace holds the truth: independent runs of the shipped patch against a far longer
+//! reference. `make intervals` prints the table of docs/tracer.md.
+
+use std::path::Path;
+
+use soilsig::course::Course;
+use soilsig::histogram::{Histogram, Mean};
+use soilsig::scene::Scene;
+use soilsig::signature::{self, Grid};
+use soilsig::spectrum::Spectrum;
+use soilsig::stop::{self, Part, Target, Watch};
+use soilsig::trace;
+
+/// Independent runs.
+const RUNS: u64 = 800;
+/// Paths of the reference: its error is a tenth of that of the runs.
+const REFERENCE: u64 = 1 << 22;
+/// Where the curve is looked at, um: the troughs and the peak between them, a slope, the long-wave side.
+const BANDS_UM: [f64; 6] = [8.2, 8.5, 8.63, 8.97, 11.0, 12.5];
+
+fn main() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
+    let scene = Scene::read(&path).expect("a shipped scene");
+    let tracer = trace::tracer(&scene, &path).expect("its meshes");
+    let materials = trace::materials(&scene, &path).expect("shipped spectra");
+    let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
+    let course = Course::new(&scene, &spectra);
+    let at = |wavelengths_um: &[f64]| {
+        signature::reflectances(&spectra, course.kept, wavelengths_um).expect("within their range")
+    };
+    let (bands, looked_at) = (at(&Grid::PAPER.wavelengths_um()), at(&BANDS_UM));
+    let run = |seed: u64, target: Target| -> Vec<Mean> {
+        let course = course.clone().ending_below(target.least_weight(), &bands);
+        let watch = Watch { progress: &|_, _| (), keep: &|_| Ok(()) };
+        let traced = stop::trace(&tracer, &course, seed, &bands, target, None, &watch);
+        let histogram = Histogram::of(&traced.expect("traced").tally);
+        looked_at.iter().map(|reflectance| histogram.weight(reflectance)).collect()
+    };
+    let exactly = |paths| {
+        let part = Part { first: 0, end: paths, of: paths };
+        Target { exactly: Some(part), ..Target::of(0.005) }
+    };
+    let reference = run(1 << 40, Target { tolerance: 1e-4, ..exactly(REFERENCE) });
+
+    println!("| what ends a run | wavelength, um | intervals that hold the reference, % | 95 % |");
+    println!("|---|---|---|---|");
+    for (what, target) in [
+        ("a tolerance of 0.01", Target::of(0.01)),
+        ("a tolerance of 0.004", Target::of(0.004)),
+        ("4096 paths", exactly(4096)),
+    ] {
+        let mut held = [0; BANDS_UM.len()];
+        for seed in 1..=RUNS {
+            let found = run(seed, target);
+            for ((held, truth), found) in held.iter_mut().zip(&reference).zip(&found) {
+                *held += u64::from((found.mean - truth.mean).abs() <= found.half_width());
+            }
+        }
+        for (um, held) in BANDS_UM.iter().zip(held) {
+            let (share, n) = (held as f64 / RUNS as f64, RUNS as f64);
+            let error = 196.0 * (share * (1.0 - share) / n).sqrt();
+            println!("| {what} | {um} | {:.1} | +- {error:.1} |", 100.0 * share);
+        }
+    }
+}
