@@ -51,6 +51,7 @@ pub mod radiance;
 pub mod random;
 pub mod record;
 pub mod scene;
+mod section;
 pub mod shipped;
 pub mod signature;
 pub mod spectrum;

@@ -185,11 +185,6 @@ impl Tracer {
         }
     }
 
-    /// Width and height of the sensor's view, um.
-    pub fn view_um(&self) -> [f64; 2] {
-        self.field.view_um()
-    }
-
     /// What the sensor sees at a place of its view, 0 to 1 from the left and from below: the material
     /// and the cosine between the facet's normal and the direction to the sensor.
     pub fn look(&self, place: [f64; 2]) -> Option<(u16, f64)> {

@@ -1,0 +1,127 @@
+//! The solids of a bed cut by a vertical plane.
+//!
+//! All in double precision. Two triangles that share an edge cut it in the same point to the last bit, so
+//! the outline of a solid has no gap.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use crate::geometry::{Bed, Placement};
+
+/// Strips into which a section is cut, so that few pieces of outline are looked at for a point.
+const STRIPS: usize = 1024;
+
+/// Where a plane lies within solids.
+pub(crate) struct Section {
+    least_um: f64,
+    strips_per_um: f64,
+    /// The pieces of outline that reach into each strip.
+    strips: Vec<Vec<Piece>>,
+}
+
+/// A piece of a solid's outline, from a triangle: the solid is below it where it runs towards greater
+/// places along the plane, above it where it runs back.
+#[derive(Clone, Copy)]
+struct Piece {
+    /// Place along the plane and height, um.
+    ends: [DVec2; 2],
+    material: u16,
+}
+
+impl Section {
+    /// The bed's closed meshes cut by the plane on which the coordinate `axis`, 0 or 1, is `at_um`;
+    /// along it as far as the domain goes.
+    pub(crate) fn new(bed: &Bed, axis: usize, at_um: f64) -> Self {
+        let along = 1 - axis;
+        let (least, most) = (bed.domain.min_um[along], bed.domain.max_um[along]);
+        let mut section = Self {
+            least_um: least,
+            strips_per_um: STRIPS as f64 / (most - least),
+            strips: vec![Vec::new(); STRIPS],
+        };
+        let closed: Vec<&Placement> =
+            bed.placements.iter().filter(|place| bed.meshes[place.mesh].closed).collect();
+        let pieces: Vec<Vec<Piece>> =
+            closed.par_iter().map(|place| pieces(bed, place, axis, at_um)).collect();
+        for piece in pieces.into_iter().flatten() {
+            let [a, b] = piece.ends.map(|end| end.x);
+            if a.max(b) >= least && a.min(b) <= most {
+                for strip in section.strip(a.min(b))..=section.strip(a.max(b)) {
+                    section.strips[strip].push(piece);
+                }
+            }
+        }
+        section
+    }
+
+    fn strip(&self, along_um: f64) -> usize {
+        (((along_um - self.least_um) * self.strips_per_um) as usize).min(STRIPS - 1)
+    }
+
+    /// The material of the solid in which a point of the plane lies, if it does: going up from there, that
+    /// of the first surface through which a solid is left.
+    pub(crate) fn material(&self, along_um: f64, z_um: f64) -> Option<u16> {
+        let mut left: Option<(f64, u16)> = None;
+        let mut solids = 0;
+        for Piece { ends: [a, b], material } in &self.strips[self.strip(along_um)] {
+            // The one end belongs to the piece and the other to the next, so that a corner counts once.
+            if (a.x <= along_um) == (b.x <= along_um) {
+                continue;
+            }
+            let height = a.y + (along_um - a.x) / (b.x - a.x) * (b.y - a.y);
+            if height <= z_um {
+                continue;
+            }
+            if b.x > a.x {
+                solids += 1;
+                if left.is_none_or(|(least, _)| height < least) {
+                    left = Some((height, *material));
+                }
+            } else {
+                solids -= 1;
+            }
+        }
+        // Solids that overlap are left as often as they are entered, and once more from inside.
+        left.filter(|_| solids > 0).map(|(_, material)| material)
+    }
+}
+
+/// The outline that a plane cuts from one mesh.
+fn pieces(bed: &Bed, place: &Placement, axis: usize, at_um: f64) -> Vec<Piece> {
+    let mesh = &bed.meshes[place.mesh];
+    let reach = f64::from(mesh.extent_um()) * 3_f64.sqrt();
+    let turn = place.to_scene.matrix3;
+    // No vector is stretched by more than the root of the sum of all squares.
+    let stretch = turn.to_cols_array().iter().map(|m| m * m).sum::<f64>().sqrt();
+    if (place.to_scene.translation[axis] - at_um).abs() > reach * stretch {
+        return Vec::new();
+    }
+    let points: Vec<DVec3> =
+        mesh.vertices.iter().map(|v| place.to_scene.transform_point3(v.as_dvec3())).collect();
+    let mirrored = (turn.determinant() < 0.0) != (axis == 1);
+    let mut pieces = Vec::new();
+    for (triangle, &material) in mesh.triangles.iter().zip(&mesh.materials) {
+        let corners = triangle.map(|i| points[i as usize]);
+        let beyond = corners.map(|corner| corner[axis] >= at_um);
+        if beyond[0] == beyond[1] && beyond[1] == beyond[2] {
+            continue;
+        }
+        // One edge runs through the plane forward and one back.
+        let through = |forward: bool| {
+            let edge = (0..3).find(|&i| beyond[i] != forward && beyond[(i + 1) % 3] == forward);
+            let i = edge.expect("the corners are on both sides");
+            let (p, q) = (corners[i], corners[(i + 1) % 3]);
+            // Always from the near end, so that the triangle beyond the edge finds the same point.
+            let (near, far) = if forward { (p, q) } else { (q, p) };
+            let point = near + (at_um - near[axis]) / (far[axis] - near[axis]) * (far - near);
+            DVec2::new(point[1 - axis], point.z)
+        };
+        let ends = if mirrored {
+            [through(false), through(true)]
+        } else {
+            [through(true), through(false)]
+        };
+        pieces.push(Piece { ends, material });
+    }
+    pieces
+}
