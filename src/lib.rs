@@ -30,6 +30,7 @@ pub mod report;
 pub mod interrupt;
 pub mod output;
 
+pub mod alone;
 pub mod beds;
 pub mod blender;
 pub mod bvh;

@@ -19,7 +19,7 @@ pub const FORMAT: u32 = 1;
 const FARTHEST_UM: f64 = 1e9;
 
 /// Most particles of a field.
-const MOST_PARTICLES: f64 = 1e15;
+pub const MOST_PARTICLES: f64 = 1e15;
 
 /// Most grains of a class, and most fines on one.
 const MOST: u32 = 100_000;

@@ -125,3 +125,102 @@ fn pieces(bed: &Bed, place: &Placement, axis: usize, at_um: f64) -> Vec<Piece> {
     }
     pieces
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::{DAffine3, DQuat};
+
+    use super::*;
+    use crate::geometry::{Domain, Mesh};
+    use crate::scene::Sides;
+
+    /// A cube from -1 to 1 of one material.
+    fn solid(material: u16) -> Mesh {
+        let corners: Vec<DVec3> = (0..8)
+            .map(|i| {
+                let bit = |n: u32| f64::from(2 * (i >> n & 1) - 1);
+                DVec3::new(bit(0), bit(1), bit(2))
+            })
+            .collect();
+        let quads: [[u32; 4]; 6] =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let faces = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
+        let mesh = Mesh::new("solid", &corners, faces.map(|face| (face, material))).0;
+        assert!(mesh.closed);
+        mesh
+    }
+
+    /// Cubes turned, stretched, mirrored and overlapping, against what their own coordinates say.
+    #[test]
+    fn a_point_is_in_a_solid_if_its_coordinates_say_so_and_of_its_material() {
+        let number = |n: i32| f64::from(n * 7919 % 1009) / 1009.0;
+        let places: Vec<DAffine3> = (0..40)
+            .map(|i| {
+                let n = |k: i32| number(40 * k + i + 1);
+                let axis = DVec3::new(n(0) - 0.5, n(1) - 0.5, n(2) - 0.5).normalize();
+                let mirror = if i % 3 == 0 { -1.0 } else { 1.0 };
+                let stretch = DVec3::new(mirror * (4.0 + 9.0 * n(3)), 5.0, 3.0 + 6.0 * n(4));
+                let at = DVec3::new(60.0 * n(5), 60.0 * n(6), 30.0 * n(7));
+                let turn = DQuat::from_axis_angle(axis, 6.0 * n(8));
+                DAffine3::from_scale_rotation_translation(stretch, turn, at)
+            })
+            .collect();
+        let bed = Bed {
+            meshes: vec![solid(0), solid(1)],
+            placements: (0..40).map(|i| Placement { mesh: i % 2, to_scene: places[i] }).collect(),
+            domain: Domain {
+                min_um: DVec3::new(0.0, 0.0, -30.0),
+                max_um: DVec3::new(60.0, 60.0, 60.0),
+                sides: Sides::Periodic,
+                patches: [1, 1],
+                floor: None,
+            },
+            to_sensor: DVec3::Z,
+            materials: 2,
+        };
+        let mut seen = [0; 4];
+        for (axis, at_um) in [(0, 0.0), (0, 31.0), (1, 60.0), (1, 17.0)] {
+            let section = Section::new(&bed, axis, at_um);
+            for i in 0..300 {
+                for j in 0..300 {
+                    let (along, z) = (0.2 * f64::from(i) + 0.05, 0.3 * f64::from(j) - 29.9);
+                    let mut point = DVec3::new(along, along, z);
+                    point[axis] = at_um;
+                    let holds: Vec<usize> = (0..40)
+                        .filter(|&i| {
+                            let own = places[i].inverse().transform_point3(point);
+                            own.abs().max_element() < 1.0
+                        })
+                        .collect();
+                    let found = section.material(along, z);
+                    assert_eq!(found.is_some(), !holds.is_empty(), "{point} in {holds:?}");
+                    if let Some(material) = found {
+                        assert!(holds.iter().any(|i| i % 2 == usize::from(material)), "{point}");
+                    }
+                    seen[holds.len().min(3)] += 1;
+                }
+            }
+        }
+        assert!(seen.iter().all(|&points| points > 100), "free, in one, in two, in more: {seen:?}");
+    }
+
+    #[test]
+    fn an_open_mesh_is_no_solid() {
+        let mut mesh = solid(0);
+        mesh.closed = false;
+        let bed = Bed {
+            meshes: vec![mesh],
+            placements: vec![Placement { mesh: 0, to_scene: DAffine3::IDENTITY }],
+            domain: Domain {
+                min_um: DVec3::splat(-2.0),
+                max_um: DVec3::splat(2.0),
+                sides: Sides::Periodic,
+                patches: [1, 1],
+                floor: None,
+            },
+            to_sensor: DVec3::Z,
+            materials: 1,
+        };
+        assert_eq!(Section::new(&bed, 0, 0.0).material(0.0, 0.0), None);
+    }
+}
