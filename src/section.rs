@@ -58,31 +58,34 @@ impl Section {
         (((along_um - self.least_um) * self.strips_per_um) as usize).min(STRIPS - 1)
     }
 
-    /// The material of the solid in which a point of the plane lies, if it does: going up from there, that
-    /// of the first surface through which a solid is left.
+    /// The material of the solid in which a point of the plane lies, if it does.
+    ///
+    /// Straight up from the point a solid that it lies in is left once more than it is entered. Where solids overlap
+    /// the point is in one of each material for which that holds; the one left first counts.
     pub(crate) fn material(&self, along_um: f64, z_um: f64) -> Option<u16> {
-        let mut left: Option<(f64, u16)> = None;
-        let mut solids = 0;
+        let mut passed: Vec<(f64, u16, i32)> = Vec::new();
         for Piece { ends: [a, b], material } in &self.strips[self.strip(along_um)] {
             // The one end belongs to the piece and the other to the next, so that a corner counts once.
-            if (a.x <= along_um) == (b.x <= along_um) {
-                continue;
-            }
-            let height = a.y + (along_um - a.x) / (b.x - a.x) * (b.y - a.y);
-            if height <= z_um {
-                continue;
-            }
-            if b.x > a.x {
-                solids += 1;
-                if left.is_none_or(|(least, _)| height < least) {
-                    left = Some((height, *material));
+            if (a.x <= along_um) != (b.x <= along_um) {
+                let height = a.y + (along_um - a.x) / (b.x - a.x) * (b.y - a.y);
+                if height > z_um {
+                    passed.push((height, *material, if b.x > a.x { 1 } else { -1 }));
                 }
-            } else {
-                solids -= 1;
             }
         }
-        // Solids that overlap are left as often as they are entered, and once more from inside.
-        left.filter(|_| solids > 0).map(|(_, material)| material)
+        let left = |of: Option<u16>| -> i32 {
+            let counts = |m: u16| of.is_none_or(|of| of == m);
+            passed.iter().filter(|(_, m, _)| counts(*m)).map(|(.., times)| times).sum()
+        };
+        if left(None) <= 0 {
+            return None;
+        }
+        // A solid of several materials may be entered through one and left through another.
+        let own = |material: u16| left(Some(material)) > 0;
+        let outward = passed.iter().filter(|(.., times)| *times > 0);
+        outward
+            .min_by(|a, b| (!own(a.1), a.0).partial_cmp(&(!own(b.1), b.0)).expect("numbers"))
+            .map(|(_, material, _)| *material)
     }
 }
 
