@@ -62,6 +62,12 @@ pub enum Error {
         /// The scene file.
         scene: PathBuf,
     },
+    /// A field is wanted of a scene that says itself what is at its sides.
+    #[error("{}: a field is wanted, but the scene is placed: it says itself what is at its sides", scene.display())]
+    FieldOfPlaced {
+        /// The scene file.
+        scene: PathBuf,
+    },
     /// An input of a recorded run is gone.
     #[error("an input of the recorded run: {0}")]
     Input(OutputError),
@@ -115,7 +121,9 @@ impl Error {
         match self {
             Self::Blender(error) => error.status(),
             Self::Output(_) | Self::Cache(_) | Self::Input(_) => Status::Files,
-            Self::Coverage { .. } | Self::OnePacking { .. } => Status::Usage,
+            Self::Coverage { .. } | Self::OnePacking { .. } | Self::FieldOfPlaced { .. } => {
+                Status::Usage
+            }
             Self::Scene(_)
             | Self::Ingest(_)
             | Self::Spectrum(_)
@@ -146,6 +154,10 @@ impl Error {
                 Some(format!("there are {known}, all, and any share from 0 to 1"))
             }
             Self::Picture(error) => error.hint(),
+            Self::FieldOfPlaced { .. } => Some(
+                r#"write "sides": {"field": {"particles": N}} into its geometry.placed.domain"#
+                    .into(),
+            ),
             Self::OnePacking { .. } => {
                 Some("give the recipe that it was dropped from, or leave --packings out".into())
             }

@@ -1,6 +1,6 @@
 //! Meshes, where they stand, and the part of the scene that is looked at. Micrometres.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -21,6 +21,8 @@ pub struct Mesh {
     /// Whether every edge joins two triangles that run along it in opposite directions: then the mesh
     /// bounds a solid, and a ray that meets a triangle from behind is inside it.
     pub closed: bool,
+    /// The middle of each connected part, um: each is a particle.
+    pub particles: Vec<Vec3>,
 }
 
 /// A mesh in its place.
@@ -41,6 +43,8 @@ pub struct Domain {
     pub max_um: DVec3,
     /// What stands at the vertical sides.
     pub sides: Sides,
+    /// Patches of a field along x and y, 1 and 1 without one.
+    pub patches: [u32; 2],
     /// Height, um, and material of an opaque plane.
     pub floor: Option<(f64, u16)>,
 }
@@ -81,14 +85,16 @@ impl Mesh {
                 (b - a).cross(c - a).length_squared() > 0.0
             })
             .unzip();
-        let closed = is_closed(&vertices, &triangles);
+        let place = places(&vertices);
+        let closed = is_closed(&place, &triangles);
+        let particles = particles(&place, &vertices, &triangles);
         let mut triangles = triangles;
         if closed && volume(&vertices, &triangles) < 0.0 {
             for triangle in &mut triangles {
                 triangle.swap(1, 2);
             }
         }
-        (Self { name: name.to_owned(), vertices, triangles, materials, closed }, middle)
+        (Self { name: name.to_owned(), vertices, triangles, materials, closed, particles }, middle)
     }
 
     /// The greatest coordinate of any vertex, um: what rounding errors are measured by.
@@ -106,17 +112,45 @@ fn volume(vertices: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
     triangles.iter().map(of).sum()
 }
 
-/// Vertices are told apart by their place, not their index: files often repeat them.
-fn is_closed(vertices: &[Vec3], triangles: &[[u32; 3]]) -> bool {
-    let mut places: HashMap<[u32; 3], u32> = HashMap::new();
-    let place: Vec<u32> = vertices
-        .iter()
-        .map(|v| {
-            let next = places.len() as u32;
-            // Adding zero makes -0 and 0 one place.
-            *places.entry((*v + Vec3::ZERO).to_array().map(f32::to_bits)).or_insert(next)
-        })
-        .collect();
+/// Of each vertex the first that is in the same place: files often repeat vertices.
+fn places(vertices: &[Vec3]) -> Vec<u32> {
+    let mut first: HashMap<[u32; 3], u32> = HashMap::new();
+    let place = |(number, v): (usize, &Vec3)| {
+        // Adding zero makes -0 and 0 one place.
+        let key = (*v + Vec3::ZERO).to_array().map(f32::to_bits);
+        *first.entry(key).or_insert(number as u32)
+    };
+    vertices.iter().enumerate().map(place).collect()
+}
+
+/// The middles of the parts of a mesh that hang together.
+fn particles(place: &[u32], vertices: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
+    // Each place points to another of its part, and the one that points to itself stands for the part.
+    let mut part: Vec<u32> = (0..place.len() as u32).collect();
+    let root = |part: &mut [u32], mut at: u32| {
+        while part[at as usize] != at {
+            part[at as usize] = part[part[at as usize] as usize];
+            at = part[at as usize];
+        }
+        at
+    };
+    for [a, b, c] in triangles.iter().map(|t| t.map(|i| place[i as usize])) {
+        let a = root(&mut part, a);
+        for other in [b, c] {
+            let other = root(&mut part, other);
+            part[other as usize] = a;
+        }
+    }
+    let mut boxes: BTreeMap<u32, (Vec3, Vec3)> = BTreeMap::new();
+    for &vertex in triangles.iter().flatten() {
+        let at = vertices[vertex as usize];
+        let (min, max) = boxes.entry(root(&mut part, place[vertex as usize])).or_insert((at, at));
+        (*min, *max) = (min.min(at), max.max(at));
+    }
+    boxes.into_values().map(|(min, max)| (min + max) / 2.0).collect()
+}
+
+fn is_closed(place: &[u32], triangles: &[[u32; 3]]) -> bool {
     let mut balance: HashMap<(u32, u32), i32> = HashMap::new();
     for triangle in triangles {
         for side in 0..3 {
@@ -140,6 +174,17 @@ impl Bed {
             }
         }
         (min, max)
+    }
+
+    /// How many particles the domain has: those whose middle lies within its sides.
+    pub fn particles(&self) -> u64 {
+        let within = |place: &Placement| {
+            let middles = self.meshes[place.mesh].particles.iter();
+            let middle = |m: &Vec3| place.to_scene.transform_point3(m.as_dvec3()).truncate();
+            let (min, max) = (self.domain.min_um.truncate(), self.domain.max_um.truncate());
+            middles.map(middle).filter(|m| m.cmpge(min).all() && m.cmplt(max).all()).count()
+        };
+        self.placements.iter().map(|place| within(place) as u64).sum()
     }
 
     /// How many triangles the scene would have without instances.

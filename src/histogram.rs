@@ -166,6 +166,29 @@ impl Histogram {
     ///
     /// The directional-hemispherical reflectance of the bed: 1 less its emissivity (Kirchhoff).
     pub fn weight(&self, reflectance: &[f64]) -> Mean {
+        self.weights(reflectance).mean(&self.met(), 1.0)
+    }
+
+    /// How much less weight the paths of `other` bring to the sky, where both took the same points: its error is
+    /// the spread of the difference between replicates.
+    pub fn less_weight(&self, other: &Self, reflectance: &[f64]) -> Mean {
+        let [ours, theirs] = [self, other].map(|of| (of.weights(reflectance), of.met()));
+        let of_each: Vec<f64> = (0..REPLICATES)
+            .filter(|&r| ours.1[r] > 0.0 && theirs.1[r] > 0.0)
+            .map(|r| ours.0.value[r] / ours.1[r] - theirs.0.value[r] / theirs.1[r])
+            .collect();
+        let n = of_each.len() as f64;
+        let mean = of_each.iter().sum::<f64>() / n;
+        let squares: f64 = of_each.iter().map(|value| (value - mean).powi(2)).sum();
+        let open = |(sums, met): &(Sums, [f64; REPLICATES])| sums.open / met.iter().sum::<f64>();
+        Mean {
+            mean,
+            standard_error: if n < 2.0 { 1.0 } else { (squares / (n - 1.0) / n).sqrt() },
+            trapped: open(&ours) + open(&theirs),
+        }
+    }
+
+    fn weights(&self, reflectance: &[f64]) -> Sums {
         let product = Product::new(self.kept, reflectance);
         let mut sums = Sums::new();
         for (state, counts) in &self.escaped {
@@ -176,7 +199,7 @@ impl Histogram {
             let half = product.of(state) / 2.0;
             sums.add(counts, half, half);
         }
-        sums.mean(&self.met(), 1.0)
+        sums
     }
 
     /// The radiance that reaches the sensor.

@@ -30,6 +30,7 @@ pub mod report;
 pub mod interrupt;
 pub mod output;
 
+pub mod alone;
 pub mod beds;
 pub mod blender;
 pub mod bvh;
@@ -51,6 +52,7 @@ pub mod radiance;
 pub mod random;
 pub mod record;
 pub mod scene;
+mod section;
 pub mod shipped;
 pub mod signature;
 pub mod spectrum;

@@ -20,7 +20,7 @@ use crate::progress::Step;
 use crate::random;
 use crate::record::{self, Output, Record, Stage};
 use crate::report;
-use crate::scene::{Packing, Scene, SceneGeometry, SpectrumSource};
+use crate::scene::{Packing, Placed, Scene, SceneGeometry, Sides, SpectrumSource};
 use crate::shipped::{self, COVERAGES};
 use crate::signature::{self, Band, Grid};
 use crate::stop::Target;
@@ -52,6 +52,8 @@ pub struct Options {
     pub seed: Option<u64>,
     /// How many packings are dropped.
     pub packings: usize,
+    /// Particles of the field that each packing is to be a patch of; `None` for the packing within mirror sides.
+    pub field: Option<f64>,
     /// Half-width of the 95 % interval that every band is to reach: of several packings their mean.
     pub tolerance: f64,
     /// Most paths for a packing.
@@ -186,6 +188,9 @@ impl Run<'_> {
             SceneGeometry::Placed(_) if self.options.packings > 1 => {
                 return Err(Error::OnePacking { scene: path.to_owned() });
             }
+            SceneGeometry::Placed(_) if self.options.field.is_some() => {
+                return Err(Error::FieldOfPlaced { scene: path.to_owned() });
+            }
             SceneGeometry::Placed(_) => {
                 for file in ingest::files(&scene, path)? {
                     let sum = output::sha256_hex(&file)?;
@@ -300,6 +305,11 @@ impl Run<'_> {
         let placed = Scene::read(&made.folder.join("scene.json"))?;
         let seed = random::seed_of(scene.seed, packing);
         let mut placed = Scene { geometry: placed.geometry, seed, ..scene.clone() };
+        if let (Some(particles), SceneGeometry::Placed(Placed { domain: Some(domain), .. })) =
+            (self.options.field, &mut placed.geometry)
+        {
+            domain.sides = Sides::Field { particles, seed: packing as u64 };
+        }
         self.bring_spectra(packing, &mut placed, path)?;
         let name = self.of_packing(packing, "scene.json");
         let place = self.place(&name);

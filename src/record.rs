@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::alone::InField;
 use crate::coverage::Cover;
 use crate::error::Error;
 use crate::features::Features;
@@ -133,6 +134,9 @@ pub struct Reached {
     pub ended_by: Ended,
     /// Share of paths given up inside a solid; they are among the trapped.
     pub inside: f64,
+    /// The field of the first packing, if there is one, and whether it is needed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub field: Option<InField>,
     /// Most that any band's emissivity changes between a black and a white floor.
     pub floor_effect: Option<f64>,
     /// The curve's extrema and means.

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
+use crate::alone::InField;
 use crate::coverage;
 use crate::error::Error;
 use crate::features::{Features, features};
@@ -64,6 +65,7 @@ pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
         kept: packings[0].histogram.kept,
         ended_by: packings[0].stop.ended_by,
         inside: share(&|table| table.inside.iter().map(|inside| inside.paths).sum()),
+        field: InField::mean(packings),
         floor_effect: floor_effect(packings, bands),
         features: features(&wavelengths, &emissivity),
         features_half_width: feature_errors(packings, &wavelengths),

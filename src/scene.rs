@@ -18,6 +18,9 @@ pub const FORMAT: u32 = 1;
 /// Lengths beyond a kilometre are taken for a mistake in units, um.
 const FARTHEST_UM: f64 = 1e9;
 
+/// Most particles of a field.
+pub const MOST_PARTICLES: f64 = 1e15;
+
 /// Most grains of a class, and most fines on one.
 const MOST: u32 = 100_000;
 
@@ -462,13 +465,25 @@ pub struct Domain {
     pub floor: Option<Floor>,
 }
 
-/// What becomes of a ray that leaves the domain sideways.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+/// What becomes of a ray that leaves the domain sideways: how the bed goes on there.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Sides {
-    /// It is reflected: the bed goes on as its own mirror image, without end and without seam.
+    /// As its own mirror image, without end and without seam.
     Mirror,
-    /// It leaves: the scene is a body in the open.
+    /// As copies of itself, without end; a solid that a side cuts has a flat face there.
+    Periodic,
+    /// As copies turned and mirrored at random, as far as the field goes, and beyond it the sky; a solid
+    /// that a side cuts has a flat face there.
+    Field {
+        /// How many particles the field has at least. A particle is a connected part of a mesh; the domain
+        /// has those whose middle lies within it.
+        particles: f64,
+        /// Seed of the turns.
+        #[serde(default)]
+        seed: u64,
+    },
+    /// Not at all: the scene is a body in the open.
     Open,
 }
 
@@ -675,6 +690,13 @@ impl Scene {
             need(min.is_finite() && max.is_finite() && min < max, &at("domain"), || {
                 format!("min_um {min} is not below max_um {max}")
             })?;
+        }
+        if let Sides::Field { particles, .. } = domain.sides {
+            need(
+                (1.0..=MOST_PARTICLES).contains(&particles),
+                &at("domain.sides.field.particles"),
+                || format!("{particles} is not within 1 to {MOST_PARTICLES:e}"),
+            )?;
         }
         if let Some(floor) = &domain.floor {
             self.known(&floor.material, &at("domain.floor.material"))?;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::alone::InField;
 use crate::coverage::Cover;
 use crate::histogram::{Histogram, Mean};
 use crate::output::{self, OutputError};
@@ -102,6 +103,9 @@ pub struct Table {
     /// Index of the floor's material, if nothing else is made of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor: Option<usize>,
+    /// The field that the bed is a patch of, if it is one of a field.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub field: Option<InField>,
     /// Why the trace ended where it did.
     pub stop: Stop,
     /// Numbers of the paths traced, from the first to one past the last.

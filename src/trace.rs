@@ -5,6 +5,7 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
+use crate::alone::{Alone, InField};
 use crate::course::Course;
 use crate::coverage::{self, Cover};
 use crate::error::Error;
@@ -118,6 +119,7 @@ pub fn trace(
         materials,
         stop: Stop::new(target.tolerance, grid.clone(), target.least_weight()),
         floor: floor_alone(tracer),
+        field: InField::of(tracer.bed()),
         numbers: [0, 0],
         paths: 0,
         missed: 0,
@@ -159,5 +161,12 @@ pub fn trace(
     if traced.tally.paths == traced.tally.missed {
         return Err(TableError::Empty.into());
     }
-    table_of(&traced)
+    let mut table = table_of(&traced)?;
+    if target.exactly.is_none()
+        && let Some(field) = &empty.field
+    {
+        let alone = Alone::trace(tracer, &course, &table, &bands, target)?;
+        table.field = Some(InField { alone: Some(alone), ..field.clone() });
+    }
+    Ok(table)
 }

@@ -4,6 +4,7 @@
 //! specular one as a mirror. So one path serves every band.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -15,6 +16,7 @@ use crate::field::{Field, Meets, Ray};
 use crate::geometry::Bed;
 use crate::interrupt;
 use crate::random::{Point, Points, Purpose};
+use crate::scene::Sides;
 use crate::tally::Tally;
 
 /// Paths that one thread traces at a go. Fixed, so that the work is cut the same way for any number of
@@ -23,10 +25,10 @@ const BLOCK: u64 = 1024;
 
 /// A bed made ready for tracing.
 pub struct Tracer {
-    bed: Bed,
-    accelerator: Accelerator,
+    bed: Arc<Bed>,
+    accelerator: Arc<Accelerator>,
     /// Distance by which a ray's origin is lifted off each mesh, um.
-    lift_um: Vec<f64>,
+    lift_um: Arc<[f64]>,
     field: Field,
 }
 
@@ -36,7 +38,7 @@ pub struct Tracer {
 /// comes only of solids that overlap, or of a hit so near to where two touch that the lifted origin is in
 /// the other one.
 enum Event {
-    /// Of no mesh if it is the floor.
+    /// Of no mesh if it is the floor, or a solid that a side cuts.
     Hit {
         mesh: Option<usize>,
         material: u16,
@@ -67,8 +69,15 @@ impl Tracer {
                 extent * scale * ROUNDING
             })
             .collect();
-        let field = Field::new(&bed);
-        Self { bed, accelerator, lift_um, field }
+        let field = Field::new(&bed, bed.domain.sides);
+        Self { bed: Arc::new(bed), accelerator: Arc::new(accelerator), lift_um, field }
+    }
+
+    /// The same bed within other sides.
+    pub fn within(&self, sides: Sides) -> Self {
+        let field = Field::new(&self.bed, sides);
+        let (bed, accelerator) = (Arc::clone(&self.bed), Arc::clone(&self.accelerator));
+        Self { bed, accelerator, lift_um: Arc::clone(&self.lift_um), field }
     }
 
     /// The bed that is traced.
@@ -116,7 +125,7 @@ impl Tracer {
 
     /// One path, from the sensor until it leaves for the sky or is given up.
     fn path(&self, course: &Course, random: &mut Point, tally: &mut Tally) {
-        let mut ray = self.field.start(random.pair());
+        let mut ray = self.field.start(random.pair(), || random.pair());
         let mut left = None;
         let mut weight = 1.0;
         loop {
@@ -149,7 +158,7 @@ impl Tracer {
             Meets::Plane { material, point, normal } => {
                 Event::Hit { mesh: None, material, point, normal }
             }
-            Meets::Sky { .. } => Event::Sky,
+            Meets::Sky => Event::Sky,
             Meets::Lost => Event::Lost,
         }
     }
@@ -185,23 +194,19 @@ impl Tracer {
         }
     }
 
-    /// Width and height of the sensor's view, um.
-    pub fn view_um(&self) -> [f64; 2] {
-        self.field.view_um()
-    }
-
-    /// What the sensor sees at a place of its view, 0 to 1 from the left and from below: the material
+    /// What the sensor sees at a place of its view, of a field over its first patch, 0 to 1 from the left and from below: the material
     /// and the cosine between the facet's normal and the direction to the sensor.
     pub fn look(&self, place: [f64; 2]) -> Option<(u16, f64)> {
-        match self.next(&mut self.field.start(place)) {
+        match self.next(&mut self.field.start(place, || [0.0, 0.0])) {
             Event::Hit { material, normal, .. } => Some((material, normal.dot(self.bed.to_sensor))),
             Event::Sky | Event::Lost | Event::Inside { .. } => None,
         }
     }
 
-    /// The mesh, unless it is the floor, and the material that the sensor sees at a place of its view.
+    /// The mesh, unless it is the floor or cut by a side, and the material that the sensor sees at a place of its view,
+    /// of a field over its first patch.
     pub fn first(&self, place: [f64; 2]) -> Option<(Option<usize>, u16)> {
-        match self.next(&mut self.field.start(place)) {
+        match self.next(&mut self.field.start(place, || [0.0, 0.0])) {
             Event::Hit { mesh, material, .. } => Some((mesh, material)),
             Event::Sky | Event::Lost | Event::Inside { .. } => None,
         }

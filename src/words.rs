@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use crate::alone::InField;
 use crate::coverage::Cover;
 use crate::record::{Reached, Record};
 use crate::table::Ended;
@@ -74,6 +75,9 @@ pub fn reached(r: &Reached) -> String {
         ),
     };
     let _ = writeln!(text, "  of each path is kept: {}", kept(r.kept));
+    if let Some(field) = &r.field {
+        text += &field_words(field);
+    }
     let seen: Vec<String> =
         r.seen_first.iter().map(|(name, share)| format!("{name} {:.1} %", 100.0 * share)).collect();
     let _ = writeln!(text, "  seen from above: {}", seen.join(", "));
@@ -139,6 +143,29 @@ fn kept(kept: Kept) -> String {
         parts.push("the zenith angle at which it left (the sky depends on it)");
     }
     parts.join(", ")
+}
+
+/// The field, and whether it is needed.
+fn field_words(field: &InField) -> String {
+    let [x, y] = field.patches;
+    let [width, length] = field.size_um.map(|um| um / 1000.0);
+    let mut text = format!(
+        "  field of {x} x {y} patches, {width:.4} x {length:.4} mm: {} particles, {} in each patch\n",
+        field.particles, field.particles_of_patch
+    );
+    if let Some(alone) = field.alone {
+        let verdict = if alone.same {
+            "the same within the error, so the field is not needed"
+        } else {
+            "more than the error; a larger patch tells which is right"
+        };
+        let _ = writeln!(
+            text,
+            "  its patch alone, within mirror sides, differs by {:.4} +- {:.4} at {} um: {verdict}",
+            alone.difference, alone.half_width, alone.at_um
+        );
+    }
+    text
 }
 
 /// What is not as it should be, and what to do about it.

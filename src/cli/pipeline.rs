@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use soilsig::cache::Cache;
 use soilsig::error::Status;
 use soilsig::pipeline::{self, Options, Source};
+use soilsig::scene::MOST_PARTICLES;
 use soilsig::words;
 
 use super::{Bands, Enough, InBlender, Outcome, command_line, print, utf8_path};
@@ -24,6 +25,10 @@ pub struct Args {
     /// them
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1000))]
     packings: u16,
+    /// Trace a field of so many particles, of which the packing is a patch: copies turned at random, not held
+    /// in memory
+    #[arg(long, value_name = "PARTICLES", value_parser = particles)]
+    field: Option<f64>,
     #[command(flatten)]
     enough: Enough,
     #[command(flatten)]
@@ -50,6 +55,13 @@ struct Which {
     scene: Option<PathBuf>,
 }
 
+fn particles(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if (1.0..=MOST_PARTICLES).contains(&x) => Ok(x),
+        _ => Err(format!("it must be a number from 1 to {MOST_PARTICLES:e}")),
+    }
+}
+
 pub fn run(args: &Args, cache: &Cache) -> Outcome {
     let (source, name) = match (&args.scene.coverage, &args.scene.scene) {
         (Some(coverage), _) => (Source::Coverage(coverage.clone()), coverage.clone()),
@@ -63,6 +75,7 @@ pub fn run(args: &Args, cache: &Cache) -> Outcome {
         source,
         seed: args.seed,
         packings: args.packings.into(),
+        field: args.field,
         tolerance: args.enough.tolerance,
         max_paths: args.enough.max_paths,
         max_seconds: args.enough.max_seconds,

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DVec3};
 
+use crate::field;
 use crate::geometry::{self, Bed, Domain, Mesh, Placement};
 use crate::scene::{Placed, Prototype, Scene, SceneError, Sides, UpAxis};
 
@@ -67,6 +68,19 @@ pub enum IngestError {
         /// Materials of the scene.
         known: Vec<String>,
     },
+    /// A field of so many particles cannot be made of the patch.
+    #[error(
+        "{}: geometry.placed.domain.sides.field: {particles:e} particles would be more than {} patches a side, \
+         or the patch has none",
+        path.display(),
+        field::MOST_PATCHES
+    )]
+    Field {
+        /// The scene file.
+        path: PathBuf,
+        /// Particles wanted.
+        particles: f64,
+    },
     /// Nothing is placed in the domain.
     #[error("{}: nothing stands within the domain", path.display())]
     Empty {
@@ -88,6 +102,9 @@ impl IngestError {
             ),
             Self::Broken { .. } => {
                 "export the mesh again as triangles, or mend it in Blender".into()
+            }
+            Self::Field { .. } => {
+                "ask for fewer, or for a domain within which particles have their middle".into()
             }
             Self::Empty { .. } => "compare the domain with where the instances stand".into(),
             Self::Format { .. } => "export the mesh as .obj or .glb, with Blender for one".into(),
@@ -162,13 +179,19 @@ pub fn load(scene: &Scene, path: &Path) -> Result<Bed, IngestError> {
     };
     let domain = domain(scene, placed, &meshes, &placements)
         .ok_or_else(|| IngestError::Empty { path: path.to_owned() })?;
-    Ok(Bed {
+    let mut bed = Bed {
         meshes,
         placements,
         domain,
         to_sensor: geometry::to_sensor(scene.view),
         materials: scene.materials.len(),
-    })
+    };
+    if let Sides::Field { particles, .. } = bed.domain.sides {
+        let patches = field::patches(&bed, particles);
+        bed.domain.patches =
+            patches.ok_or_else(|| IngestError::Field { path: path.to_owned(), particles })?;
+    }
+    Ok(bed)
 }
 
 /// All mesh files of a placed scene, those that glTF files refer to as well.
@@ -272,6 +295,7 @@ fn domain(
         min_um: DVec3::new(min[0], min[1], bottom - room),
         max_um: DVec3::new(max[0], max[1], top + room),
         sides,
+        patches: [1, 1],
         floor,
     })
 }
