@@ -8,8 +8,7 @@ use std::path::{Path, PathBuf};
 
 use soilsig::alone::InField;
 use soilsig::scene::{Scene, Sides};
-use soilsig::signature::{self, Grid};
-use soilsig::stop::{Part, Target};
+use soilsig::signature;
 use soilsig::table::Table;
 use soilsig::{ingest, trace};
 use tempfile::TempDir;
@@ -123,7 +122,6 @@ fn a_solid_that_a_side_cuts_ends_there() {
     assert_eq!(cut.inside, [], "no ray gets into the block through the side");
 }
 
-/// A field without end is so in all directions; of a small one rays leave at the rim.
 #[test]
 fn a_small_field_loses_at_its_rim_what_a_large_one_keeps() {
     let of = |particles: &str| {
@@ -133,7 +131,7 @@ fn a_small_field_loses_at_its_rim_what_a_large_one_keeps() {
             scene(&block(90.0, 120.0, 400.0), &at(20.0, 60.0), &domain, &[0.3, 0.6]);
         scenes::trace_file(&path, 1, 0.001)
     };
-    let (one, many, most) = (of("1"), of("1e4"), of("1e9"));
+    let (one, many, most) = (of("1"), of("1e6"), of("1e9"));
     let (few, more) = (emissivity(&one).0, emissivity(&many).0);
     assert!(more - few > 0.01, "{few} {more}");
     assert_alike(&many, &most);
@@ -165,29 +163,6 @@ fn no_more_paths_come_to_be_inside_a_solid_than_within_mirrors() {
     for sides in [FIELD, PERIODIC] {
         let share = inside(sides);
         assert!(share < 5e-4, "{share} in {sides}");
-    }
-}
-
-/// Where nothing is absorbed all of the sky's light comes back: no path is lost at a seam.
-#[test]
-fn a_white_field_under_a_sky_is_as_bright_as_the_sky() {
-    for sides in [FIELD, PERIODIC] {
-        let (_folder, path) = settled(sides);
-        let scene = Scene::read(&path).expect("sound");
-        let tracer = trace::tracer(&scene, &path).expect("sound");
-        let grid = Grid::new(9.0, 9.0, 0.01).expect("a grid");
-        let of = 4096;
-        // Paths are followed to weights of 1e-9, which is to say hundreds of hits.
-        let target = Target { exactly: Some(Part { first: 0, end: of, of }), ..Target::of(5e-9) };
-        let mut table =
-            trace::trace(&tracer, &scene, &path, &grid, target, None, &|_, _| ()).expect("traced");
-        for material in &mut table.materials {
-            material.spectrum = serde_json::from_str(r#"{"constant": 0.0}"#).expect("a spectrum");
-        }
-        let (white, _) = emissivity(&table);
-        let given_up = table.histogram.given_up() as f64 / table.paths as f64;
-        assert!(given_up < 0.02, "{given_up}");
-        assert!((white - given_up / 2.0).abs() < 1e-12, "{white} {given_up}");
     }
 }
 
@@ -239,7 +214,7 @@ fn keys_of_a_field_that_make_no_sense_are_refused_with_their_place() {
         (r#"{"field": {"particles": -4}}"#, "is not within 1 to"),
         (r#"{"field": {"patches": 4}}"#, "patches"),
         (r#"{"field": {"particles": 4, "turned": false}}"#, "turned"),
-        (r#""field""#, "field"),
+        (r#""field""#, "struct variant"),
         (r#""endless""#, "periodic"),
     ] {
         let error = parse(sides).expect_err(sides);
