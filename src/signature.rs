@@ -89,6 +89,9 @@ pub fn reflectances(
     spectra: &[&Spectrum],
     wavelengths_um: &[f64],
 ) -> Result<Vec<Vec<f64>>, SpectrumError> {
+    if let (Some(&first), Some(&last)) = (wavelengths_um.first(), wavelengths_um.last()) {
+        spectra.iter().try_for_each(|spectrum| spectrum.covers([first, last]))?;
+    }
     wavelengths_um
         .iter()
         .map(|&um| spectra.iter().map(|spectrum| spectrum.emissivity(um).map(kirchhoff)).collect())
