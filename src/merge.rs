@@ -20,9 +20,7 @@ pub fn merge(files: &[PathBuf]) -> Result<Table, Error> {
         Err(TableError::Parts { path: file.to_owned(), problem }.into())
     };
     let (first, first_file) = &parts[0];
-    let mut next = 0;
     for (part, file) in &parts {
-        let [from, end] = part.numbers;
         if !part.is_part_of_same(first) {
             let differs = part.differs_from(first).join(", ");
             let other = first_file.display();
@@ -42,6 +40,10 @@ pub fn merge(files: &[PathBuf]) -> Result<Table, Error> {
         if part.stop.ended_by == Ended::Interrupted {
             return wrong(file, "its trace was interrupted and is not whole".into());
         }
+    }
+    let mut next = 0;
+    for (part, file) in &parts {
+        let [from, end] = part.numbers;
         if from < next {
             return wrong(
                 file,

@@ -98,6 +98,9 @@ pub fn reflectances(
     kept: Kept,
     wavelengths_um: &[f64],
 ) -> Result<Vec<Vec<f64>>, SpectrumError> {
+    if let (Some(&first), Some(&last)) = (wavelengths_um.first(), wavelengths_um.last()) {
+        spectra.iter().try_for_each(|spectrum| spectrum.covers([first, last]))?;
+    }
     let of = |spectrum: &Spectrum, um: f64, bin: u16| -> Result<f64, SpectrumError> {
         let places = f64::from(kept.cosines) * f64::from(WITHIN_BIN);
         let mut sum = 0.0;

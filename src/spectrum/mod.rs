@@ -1,95 +1,23 @@
 //! Emissivity of a facet against wavelength, and where it comes from.
 
+mod error;
+pub mod format;
+pub mod resample;
+mod shipped;
+mod tabulated;
+
 use std::fmt;
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::sync::LazyLock;
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::optics::{PowderForm, PowderParameters, UniaxialCrystal};
+use crate::optics::{PowderForm, UniaxialCrystal};
 use crate::scene::SpectrumSource;
+use format::Reading;
 
-/// A spectrum cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum SpectrumError {
-    /// The file cannot be read.
-    #[error("cannot read the spectrum {}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// The file is not a spectrum.
-    #[error("{}, line {line}: {problem}", path.display())]
-    Form {
-        /// The file.
-        path: PathBuf,
-        /// The line, from 1.
-        line: u64,
-        /// What is wrong there.
-        problem: String,
-    },
-    /// There is no shipped spectrum of that name.
-    #[error("there is no shipped spectrum {0:?}")]
-    Unknown(String),
-    /// There is no shipped set of optical constants of that name.
-    #[error("there are no shipped optical constants {0:?}")]
-    UnknownConstants(String),
-    /// The spectrum does not hold the wavelength wanted.
-    #[error("the spectrum of {of} holds {}-{} um, and {wanted_um} um is wanted", held_um[0], held_um[1])]
-    Range {
-        /// The file or the name of the spectrum.
-        of: String,
-        /// The wavelength wanted, um.
-        wanted_um: f64,
-        /// Least and greatest wavelength held, um.
-        held_um: [f64; 2],
-    },
-}
-
-impl SpectrumError {
-    /// What the user can do about it.
-    pub fn hint(&self) -> Option<String> {
-        Some(match self {
-            Self::Unknown(_) => format!("there are {}", BUILTIN.map(|(name, _)| name).join(", ")),
-            Self::UnknownConstants(_) => format!("there are {}", QUARTZ_SETS.join(" and ")),
-            Self::Form { .. } => "a spectrum is a CSV file of two columns, wavelength in um and \
-                                  emissivity from 0 to 1; one heading line may come first"
-                .into(),
-            Self::Range { held_um, .. } => {
-                format!("ask for a range within it: --range {}-{}", held_um[0], held_um[1])
-            }
-            Self::Read { .. } => return None,
-        })
-    }
-}
-
-const BUILTIN: [(&str, &str); 3] = [
-    ("quartz_fine", include_str!("../../spectra/quartz_fine.json")),
-    ("quartz_medium", include_str!("../../spectra/quartz_medium.json")),
-    ("quartz_coarse", include_str!("../../spectra/quartz_coarse.json")),
-];
-
-/// Names of the shipped sets of optical constants of crystalline quartz, the better one first.
-pub const QUARTZ_SETS: [&str; 2] = ["quartz", "quartz_spitzer_kleinman"];
-
-/// A shipped set of optical constants by name.
-pub fn crystal(name: &str) -> Result<&'static UniaxialCrystal, SpectrumError> {
-    static SETS: LazyLock<[UniaxialCrystal; 2]> = LazyLock::new(|| {
-        [
-            include_str!("../../spectra/quartz.json"),
-            include_str!("../../spectra/quartz_spitzer_kleinman.json"),
-        ]
-        .map(|text| serde_json::from_str(text).expect("the shipped constants are read by a test"))
-    });
-    QUARTZ_SETS
-        .iter()
-        .position(|known| *known == name)
-        .map(|set| &SETS[set])
-        .ok_or_else(|| SpectrumError::UnknownConstants(name.to_owned()))
-}
+pub use error::SpectrumError;
+pub use shipped::{all, crystal};
+pub use tabulated::{Quantity, Tabulated, Warning};
 
 /// Kirchhoff's law for an opaque surface, both ways: emissivity of a reflectance, reflectance of an
 /// emissivity. The reflectance is that into, or from, the whole hemisphere.
@@ -110,17 +38,6 @@ pub enum Spectrum {
     Tabulated(Tabulated),
     /// Specular reflection by shipped optical constants, by their name: it depends on the angle.
     Fresnel(String, &'static UniaxialCrystal),
-}
-
-/// A spectrum as points, wavelengths ascending.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Tabulated {
-    /// The file that the points come from.
-    pub file: String,
-    /// Wavelengths, um, ascending, at least two.
-    pub wavelength_um: Vec<f64>,
-    /// Emissivity at each, 0 to 1.
-    pub emissivity: Vec<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -181,7 +98,9 @@ impl Spectrum {
         match source {
             SpectrumSource::Builtin(name) => Self::builtin(name),
             SpectrumSource::Constant(value) => Ok(Self::Constant(*value)),
-            SpectrumSource::File(path) => read_csv(&folder.join(path)).map(Self::Tabulated),
+            SpectrumSource::File(path) => {
+                format::read_one(&folder.join(path), &Reading::default()).map(Self::Tabulated)
+            }
             SpectrumSource::Fresnel(name) => Self::fresnel(name),
         }
     }
@@ -193,16 +112,7 @@ impl Spectrum {
 
     /// A shipped spectrum by name.
     pub fn builtin(name: &str) -> Result<Self, SpectrumError> {
-        let (_, text) = BUILTIN
-            .iter()
-            .find(|(known, _)| *known == name)
-            .ok_or_else(|| SpectrumError::Unknown(name.to_owned()))?;
-        let parameters: PowderParameters =
-            serde_json::from_str(text).expect("the shipped parameters are read by a test");
-        Ok(Self::Builtin(
-            name.to_owned(),
-            Box::new(PowderForm::new(crystal("quartz_spitzer_kleinman")?, parameters)),
-        ))
+        Ok(Self::Builtin(name.to_owned(), Box::new(shipped::powder(name)?)))
     }
 
     /// What is wrong with it, if anything: a table may have been written by other hands.
@@ -212,12 +122,8 @@ impl Spectrum {
             Self::Constant(value) if outside(value) => {
                 Some(format!("an emissivity of {value} is not within 0 to 1"))
             }
-            Self::Tabulated(Tabulated { file, wavelength_um, emissivity }) => {
-                let sound = wavelength_um.len() >= 2
-                    && wavelength_um.len() == emissivity.len()
-                    && wavelength_um.windows(2).all(|pair| pair[0] < pair[1])
-                    && !emissivity.iter().any(outside);
-                (!sound).then(|| format!("the spectrum of {file} is not one"))
+            Self::Tabulated(points) if !points.is_sound() => {
+                Some(format!("the spectrum of {} is not one", points.file))
             }
             _ => None,
         }
@@ -228,9 +134,7 @@ impl Spectrum {
         match self {
             Self::Constant(_) => None,
             Self::Builtin(_, form) => Some(form.parameters.range_um),
-            Self::Tabulated(points) => {
-                Some([points.wavelength_um[0], *points.wavelength_um.last()?])
-            }
+            Self::Tabulated(points) => Some(points.range_um()),
             Self::Fresnel(_, crystal) => Some(crystal.range_um),
         }
     }
@@ -268,85 +172,39 @@ impl Spectrum {
         }
     }
 
-    fn within_range(&self, wavelength_um: f64) -> Result<(), SpectrumError> {
+    /// Whether the spectrum holds all wavelengths from one to another, um.
+    pub fn covers(&self, wanted_um: [f64; 2]) -> Result<(), SpectrumError> {
         match self.range_um() {
-            Some(held_um) if !(held_um[0]..=held_um[1]).contains(&wavelength_um) => {
-                let of = match self {
-                    Self::Tabulated(points) => points.file.clone(),
-                    Self::Builtin(name, _) | Self::Fresnel(name, _) => name.clone(),
-                    Self::Constant(_) => String::new(),
-                };
-                Err(SpectrumError::Range { of, wanted_um: wavelength_um, held_um })
+            Some(held_um) if !(held_um[0] <= wanted_um[0] && wanted_um[1] <= held_um[1]) => {
+                Err(SpectrumError::Range { of: self.name().to_owned(), wanted_um, held_um })
             }
             _ => Ok(()),
         }
     }
-}
 
-impl Tabulated {
-    fn interpolate(&self, um: f64) -> f64 {
-        let above =
-            self.wavelength_um.partition_point(|&x| x < um).clamp(1, self.wavelength_um.len() - 1);
-        let (x0, x1) = (self.wavelength_um[above - 1], self.wavelength_um[above]);
-        let (y0, y1) = (self.emissivity[above - 1], self.emissivity[above]);
-        y0 + (y1 - y0) * (um - x0) / (x1 - x0)
-    }
-}
-
-fn read_csv(path: &Path) -> Result<Tabulated, SpectrumError> {
-    let text = fs::read_to_string(path)
-        .map_err(|source| SpectrumError::Read { path: path.to_owned(), source })?;
-    let wrong =
-        |line: u64, problem: String| SpectrumError::Form { path: path.to_owned(), line, problem };
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .comment(Some(b'#'))
-        .from_reader(text.as_bytes());
-    let mut points: Vec<(f64, f64, u64)> = Vec::new();
-    for (row, record) in reader.records().enumerate() {
-        let record = record.map_err(|error| {
-            wrong(error.position().map_or(0, csv::Position::line), error.to_string())
-        })?;
-        let line = record.position().map_or(0, csv::Position::line);
-        if record.len() != 2 {
-            return Err(wrong(line, format!("{} columns where two are wanted", record.len())));
-        }
-        match (record[0].parse::<f64>(), record[1].parse::<f64>()) {
-            (Ok(um), Ok(emissivity)) => {
-                if !(um.is_finite() && um > 0.0) {
-                    return Err(wrong(line, format!("{um} is not a wavelength in um")));
-                }
-                if !(0.0..=1.0).contains(&emissivity) {
-                    return Err(wrong(
-                        line,
-                        format!("an emissivity of {emissivity} is not within 0 to 1"),
-                    ));
-                }
-                points.push((um, emissivity, line));
-            }
-            (Err(_), Err(_)) if row == 0 => {}
-            _ => {
-                return Err(wrong(
-                    line,
-                    format!("{:?}, {:?} are not two numbers", &record[0], &record[1]),
-                ));
-            }
+    fn within_range(&self, wavelength_um: f64) -> Result<(), SpectrumError> {
+        self.covers([wavelength_um; 2])?;
+        match self {
+            Self::Tabulated(points) => match points.gap_um(wavelength_um) {
+                None => Ok(()),
+                Some(gap_um) => Err(SpectrumError::Gap {
+                    of: points.file.clone(),
+                    wanted_um: wavelength_um,
+                    gap_um,
+                }),
+            },
+            _ => Ok(()),
         }
     }
-    points.sort_by(|a, b| a.0.total_cmp(&b.0));
-    if points.len() < 2 {
-        return Err(wrong(1, "there must be at least two points".into()));
+
+    /// Its name, or that of its file.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Constant(_) => "constant",
+            Self::Builtin(name, _) | Self::Fresnel(name, _) => name,
+            Self::Tabulated(points) => points.name.as_deref().unwrap_or(&points.file),
+        }
     }
-    if let Some(pair) = points.windows(2).find(|pair| pair[0].0 == pair[1].0) {
-        return Err(wrong(pair[1].2, format!("the wavelength {} um stands twice", pair[0].0)));
-    }
-    Ok(Tabulated {
-        file: path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
-        wavelength_um: points.iter().map(|point| point.0).collect(),
-        emissivity: points.iter().map(|point| point.1).collect(),
-    })
 }
 
 #[cfg(test)]
@@ -356,7 +214,7 @@ mod tests {
     fn csv(content: &str) -> Result<Tabulated, SpectrumError> {
         let file = tempfile::NamedTempFile::new().expect("temporary file");
         std::fs::write(file.path(), content).expect("written");
-        read_csv(file.path())
+        format::read_one(file.path(), &Reading::default())
     }
 
     #[test]

@@ -1,0 +1,54 @@
+//! Two columns of text: wavelength and emissivity, or what the heading says.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use super::{Quantity, Reading, Tabulated, Unit, refuse_transmission, row, text, wrong};
+use crate::error::Error;
+use crate::output;
+use crate::spectrum::SpectrumError;
+
+/// Columns are parted by commas, semicolons or white space. Lines that start with # are left out; a
+/// heading may come first.
+pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, SpectrumError> {
+    let text = text(path)?;
+    let (mut unit, mut quantity) = (Unit::Micrometre, None);
+    let mut rows = Vec::new();
+    let mut is_first = true;
+    for (i, line) in text.lines().enumerate().map(|(i, line)| (i + 1, line.trim())) {
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let fields = fields(line);
+        let is_heading = is_first && fields.iter().all(|field| field.parse::<f64>().is_err());
+        is_first = false;
+        if is_heading {
+            refuse_transmission(path, line)?;
+            unit = Unit::named(fields[0]).unwrap_or(unit);
+            quantity = Quantity::named(fields[1..].join(" ").as_str());
+            continue;
+        }
+        if fields.len() == 2 && fields.iter().any(|field| field.parse::<f64>().is_err()) {
+            let problem = format!("{:?}, {:?} are not two numbers", fields[0], fields[1]);
+            return Err(wrong(path, i, problem));
+        }
+        rows.push(row(path, i, unit, &fields)?);
+    }
+    let quantity = reading.quantity.or(quantity).unwrap_or(Quantity::Emissivity);
+    Tabulated::new(path, rows, quantity, reading.range_um)
+}
+
+fn fields(line: &str) -> Vec<&str> {
+    match [',', ';', '\t'].into_iter().find(|&mark| line.contains(mark)) {
+        Some(mark) => line.split(mark).map(str::trim).collect(),
+        None => line.split_whitespace().collect(),
+    }
+}
+
+pub(super) fn write(path: &Path, wavelength_um: &[f64], emissivity: &[f64]) -> Result<(), Error> {
+    let mut text = String::from("wavelength_um,emissivity\n");
+    for (um, emissivity) in wavelength_um.iter().zip(emissivity) {
+        let _ = writeln!(text, "{um},{emissivity}");
+    }
+    Ok(output::bytes(path, text.as_bytes())?)
+}

@@ -1,0 +1,78 @@
+//! DIRSIG's emissivity file: the number of curves, 91 weights by angle, the curves.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use super::{Quantity, Reading, Tabulated, Unit, number, row, text, wrong};
+use crate::error::Error;
+use crate::output;
+use crate::spectrum::SpectrumError;
+use crate::spectrum::tabulated::Warning;
+
+/// Weights for 0 to 90 degrees.
+const WEIGHTS: usize = 91;
+
+/// Reads both forms: curves that start with `CURVE_BEGIN`, in um, and the old ones that start with their
+/// number, in cm-1.
+pub(super) fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, SpectrumError> {
+    let text = text(path)?;
+    let mut lines = text
+        .lines()
+        .enumerate()
+        .map(|(i, line)| (i + 1, line.trim()))
+        .filter(|(_, line)| !line.is_empty());
+    let ends = || wrong(path, text.lines().count(), "the file ends early");
+    let (at, count) = lines.next().ok_or_else(ends)?;
+    let count: usize = count
+        .parse()
+        .map_err(|_| wrong(path, at, format!("{count:?} is not the number of curves")))?;
+    let mut is_weighted = false;
+    for _ in 0..WEIGHTS {
+        let (i, line) = lines.next().ok_or_else(ends)?;
+        is_weighted |= number(path, i, line)? != 1.0;
+    }
+    let mut curves: Vec<(Unit, Vec<_>)> = Vec::new();
+    for (i, line) in lines {
+        let fields: Vec<&str> = line.split_whitespace().collect();
+        match (fields.as_slice(), curves.last_mut()) {
+            (["CURVE_BEGIN"], _) => curves.push((Unit::Micrometre, Vec::new())),
+            ([_], _) => curves.push((Unit::Wavenumber, Vec::new())),
+            (_, Some((unit, rows))) => rows.push(row(path, i, *unit, &fields)?),
+            (_, None) => return Err(wrong(path, i, "a curve starts with CURVE_BEGIN")),
+        }
+    }
+    if curves.len() != count {
+        return Err(wrong(
+            path,
+            at,
+            format!("{count} curves are announced, {} are there", curves.len()),
+        ));
+    }
+    let is_one = count == 1;
+    curves
+        .into_iter()
+        .enumerate()
+        .map(|(i, (unit, rows))| {
+            let mut spectrum = Tabulated::new(path, rows, Quantity::Emissivity, reading.range_um)?;
+            spectrum.name = (!is_one).then(|| (i + 1).to_string());
+            spectrum.warnings.extend(is_weighted.then_some(Warning::AngularWeights));
+            spectrum.warnings.extend((unit == Unit::Wavenumber).then_some(Warning::Coarse));
+            Ok(spectrum)
+        })
+        .collect()
+}
+
+pub(super) fn write(
+    path: &Path,
+    wavelength_um: &[f64],
+    curves: &[(String, Vec<f64>)],
+) -> Result<(), Error> {
+    let mut text = format!("{}\n{}", curves.len(), "1.0\n".repeat(WEIGHTS));
+    for (_, emissivity) in curves {
+        text.push_str("CURVE_BEGIN\n");
+        for (um, emissivity) in wavelength_um.iter().zip(emissivity) {
+            let _ = writeln!(text, "{um} {emissivity}");
+        }
+    }
+    Ok(output::bytes(path, text.as_bytes())?)
+}

@@ -1,0 +1,214 @@
+//! Files that spectra come from and go to: one format a file.
+
+mod csv;
+mod ecostress;
+mod ems;
+mod envi;
+mod usgs;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::tabulated::{Quantity, Row, Tabulated};
+use super::{Spectrum, SpectrumError};
+use crate::error::Error;
+
+/// A format that is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Two columns of text.
+    Csv,
+    /// Text of the ECOSTRESS and ASTER spectral libraries.
+    Ecostress,
+    /// Text of the USGS spectral library, version 7.
+    Usgs,
+    /// ENVI spectral library: .sli with its .hdr.
+    Envi,
+    /// DIRSIG emissivity file.
+    Ems,
+}
+
+impl Format {
+    /// What it is called.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Csv => "two-column text",
+            Self::Ecostress => "ECOSTRESS/ASTER text",
+            Self::Usgs => "USGS splib07 text",
+            Self::Envi => "ENVI spectral library",
+            Self::Ems => "DIRSIG emissivity file",
+        }
+    }
+
+    /// By the file's ending, else by its first line.
+    pub fn of(path: &Path) -> Result<Self, SpectrumError> {
+        match ending(path).as_str() {
+            "sli" | "hdr" => return Ok(Self::Envi),
+            "ems" => return Ok(Self::Ems),
+            _ => {}
+        }
+        let text = text(path)?;
+        let first = text.lines().next().unwrap_or_default();
+        Ok(if first.starts_with("Name:") {
+            Self::Ecostress
+        } else if usgs::is_title(first) {
+            Self::Usgs
+        } else {
+            Self::Csv
+        })
+    }
+}
+
+/// How a file is to be read, beyond what it says itself.
+#[derive(Debug, Clone, Default)]
+pub struct Reading {
+    /// What the values are, where the file does not say.
+    pub quantity: Option<Quantity>,
+    /// The file of wavelengths, for formats that keep them apart (USGS).
+    pub wavelengths: Option<PathBuf>,
+    /// Only these wavelengths, um.
+    pub range_um: Option<[f64; 2]>,
+}
+
+/// Reads all spectra of a file.
+pub fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, SpectrumError> {
+    match Format::of(path)? {
+        Format::Csv => csv::read(path, reading).map(|one| vec![one]),
+        Format::Ecostress => ecostress::read(path, reading).map(|one| vec![one]),
+        Format::Usgs => usgs::read(path, reading).map(|one| vec![one]),
+        Format::Envi => envi::read(path, reading),
+        Format::Ems => ems::read(path, reading),
+    }
+}
+
+/// Reads the one spectrum of a file.
+pub fn read_one(path: &Path, reading: &Reading) -> Result<Tabulated, SpectrumError> {
+    let mut all = read(path, reading)?;
+    if all.len() == 1 {
+        return Ok(all.remove(0));
+    }
+    Err(SpectrumError::Several {
+        path: path.to_owned(),
+        names: all.into_iter().filter_map(|one| one.name).collect(),
+    })
+}
+
+/// Writes emissivities on common wavelengths (um, ascending), by the file's ending: .csv takes one
+/// curve, .sli (with its .hdr beside) and .ems several. The same numbers are read back to the last bit.
+pub fn write(
+    path: &Path,
+    wavelength_um: &[f64],
+    curves: &[(String, Vec<f64>)],
+) -> Result<(), Error> {
+    let unfit = |problem: String, hint| {
+        Err(SpectrumError::File { path: path.to_owned(), problem, hint }.into())
+    };
+    match ending(path).as_str() {
+        "csv" if curves.len() > 1 => unfit(
+            format!("a .csv file holds one spectrum, not {}", curves.len()),
+            "write a .sli or .ems file",
+        ),
+        "csv" => csv::write(path, wavelength_um, &curves[0].1),
+        "sli" => envi::write(path, wavelength_um, curves),
+        "ems" => ems::write(path, wavelength_um, curves),
+        _ => unfit("spectra are written as .csv, .sli or .ems".into(), "end the name of --out so"),
+    }
+}
+
+/// The emissivity of a spectrum at wavelengths (um); for [`write`].
+pub fn sampled(spectrum: &Spectrum, wavelength_um: &[f64]) -> Result<Vec<f64>, SpectrumError> {
+    wavelength_um.iter().map(|&um| spectrum.emissivity(um)).collect()
+}
+
+/// In what a file counts wavelengths.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Unit {
+    Micrometre,
+    Nanometre,
+    Wavenumber,
+}
+
+impl Unit {
+    /// What a heading or label says, if it says it.
+    fn named(text: &str) -> Option<Self> {
+        let text = text.to_lowercase();
+        let has = |parts: &[&str]| parts.iter().any(|part| text.contains(part));
+        if has(&["wavenumber", "cm-1", "cm^-1", "1/cm"]) {
+            Some(Self::Wavenumber)
+        } else if has(&["nanomet", "(nm)", "_nm"]) || text.trim() == "nm" {
+            Some(Self::Nanometre)
+        } else if has(&["micromet", "micron", "(um)", "_um", "\u{b5}m", "\u{3bc}m"])
+            || text.trim() == "um"
+        {
+            Some(Self::Micrometre)
+        } else {
+            None
+        }
+    }
+
+    fn um(self, value: f64) -> f64 {
+        match self {
+            Self::Micrometre => value,
+            Self::Nanometre => value / 1e3,
+            Self::Wavenumber => 1e4 / value,
+        }
+    }
+}
+
+fn ending(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
+fn bytes(path: &Path) -> Result<Vec<u8>, SpectrumError> {
+    fs::read(path).map_err(|source| SpectrumError::Read { path: path.to_owned(), source })
+}
+
+/// A text file in UTF-8, else in Latin-1, without a byte order mark.
+fn text(path: &Path) -> Result<String, SpectrumError> {
+    let text = String::from_utf8(bytes(path)?)
+        .unwrap_or_else(|latin_1| latin_1.as_bytes().iter().map(|&b| b as char).collect());
+    Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
+}
+
+/// Whether a label says transmission, in any of the spellings that libraries have.
+fn is_transmission(label: &str) -> bool {
+    let label = label.to_lowercase();
+    ["transmi", "transit"].iter().any(|part| label.contains(part))
+}
+
+fn refuse_transmission(path: &Path, label: &str) -> Result<(), SpectrumError> {
+    if is_transmission(label) {
+        return Err(SpectrumError::Transmission {
+            path: path.to_owned(),
+            said: label.trim().into(),
+        });
+    }
+    Ok(())
+}
+
+fn wrong(path: &Path, line: usize, problem: impl Into<String>) -> SpectrumError {
+    SpectrumError::Form { path: path.to_owned(), line: line as u64, problem: problem.into() }
+}
+
+/// A number of a text file; `line` counts from 1.
+fn number(path: &Path, line: usize, field: &str) -> Result<f64, SpectrumError> {
+    let field = field.trim();
+    field.parse().map_err(|_| wrong(path, line, format!("{field:?} is not a number")))
+}
+
+/// Values that stand for deleted channels: that of SPECPR, -1.23e34, in any rounding.
+fn unless_deleted(value: f64) -> Option<f64> {
+    (value > -1e34).then_some(value).or_else(|| value.is_nan().then_some(value))
+}
+
+/// A row of two numbers.
+fn row(path: &Path, line: usize, unit: Unit, fields: &[&str]) -> Result<Row, SpectrumError> {
+    let [x, y] = fields else {
+        return Err(wrong(path, line, format!("{} columns where two are wanted", fields.len())));
+    };
+    Ok(Row {
+        line: line as u64,
+        um: unit.um(number(path, line, x)?),
+        value: unless_deleted(number(path, line, y)?),
+    })
+}

@@ -1,0 +1,204 @@
+//! A spectrum as points.
+
+use std::fmt;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::{SpectrumError, kirchhoff};
+
+/// A spectrum as points, wavelengths ascending.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Tabulated {
+    /// The file that the points come from.
+    pub file: String,
+    /// What the file calls the spectrum, where it gives it a name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Wavelengths, um, ascending, at least two.
+    pub wavelength_um: Vec<f64>,
+    /// Emissivity at each, 0 to 1.
+    pub emissivity: Vec<f64>,
+    /// Where channels were deleted: the wavelengths held on both sides, um.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gaps_um: Vec<[f64; 2]>,
+    /// What speaks against it, if anything.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<Warning>,
+}
+
+/// What speaks against a spectrum that can still be read.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Warning {
+    /// The reflectance was measured in one direction only.
+    Bidirectional(String),
+    /// The file does not say how the reflectance was measured.
+    GeometryNotStated,
+    /// The file's weights by angle are not read.
+    AngularWeights,
+    /// A step of 100 cm-1, that of DIRSIG's old files.
+    Coarse,
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bidirectional(said) => write!(
+                f,
+                "the file says {said:?}: emissivity is 1 - reflectance (Kirchhoff) only for light \
+                 reflected into the whole hemisphere; the level is not to be trusted"
+            ),
+            Self::GeometryNotStated => f.write_str(
+                "the file does not say how the reflectance was measured: emissivity is \
+                 1 - reflectance (Kirchhoff) only for light reflected into the whole hemisphere",
+            ),
+            Self::AngularWeights => f.write_str(
+                "the file weighs the emissivity by angle: the weights are left out, it holds near \
+                 the nadir only",
+            ),
+            Self::Coarse => f.write_str(
+                "a point every 100 cm-1, 0.8 um apart at 9 um: too coarse for quartz, whose bands \
+                 are 0.1 um wide",
+            ),
+        }
+    }
+}
+
+/// What the values of a file are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Quantity {
+    /// Emissivity, 0 to 1.
+    Emissivity,
+    /// Hemispherical reflectance of an opaque sample, 0 to 1.
+    Reflectance,
+    /// The same in percent.
+    ReflectancePercent,
+}
+
+impl Quantity {
+    /// What a heading or label says, if it says it; in percent where it says so too.
+    pub(super) fn named(text: &str) -> Option<Self> {
+        let text = text.to_lowercase();
+        let is_percent = text.contains("percent") || text.contains('%');
+        if text.contains("emiss") {
+            Some(Self::Emissivity)
+        } else if text.contains("reflect") {
+            Some(if is_percent { Self::ReflectancePercent } else { Self::Reflectance })
+        } else {
+            None
+        }
+    }
+
+    fn emissivity(self, value: f64) -> f64 {
+        match self {
+            Self::Emissivity => value,
+            Self::Reflectance => kirchhoff(value),
+            Self::ReflectancePercent => kirchhoff(value / 100.0),
+        }
+    }
+}
+
+/// A row of a file.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Row {
+    pub line: u64,
+    pub um: f64,
+    /// `None` for a deleted channel.
+    pub value: Option<f64>,
+}
+
+impl Tabulated {
+    /// Checks the rows of a file, in either order of wavelengths, and makes them a spectrum; only those
+    /// within `range_um`, where it is given.
+    pub(super) fn new(
+        path: &Path,
+        mut rows: Vec<Row>,
+        quantity: Quantity,
+        range_um: Option<[f64; 2]>,
+    ) -> Result<Self, SpectrumError> {
+        let wrong = |line: u64, problem: String| SpectrumError::Form {
+            path: path.to_owned(),
+            line,
+            problem,
+        };
+        if let Some(row) = rows.iter().find(|row| !(row.um.is_finite() && row.um > 0.0)) {
+            return Err(wrong(row.line, format!("{} is not a wavelength in um", row.um)));
+        }
+        if let Some([from, to]) = range_um {
+            rows.retain(|row| (from..=to).contains(&row.um));
+        }
+        rows.sort_by(|a, b| a.um.total_cmp(&b.um));
+        if let Some(pair) = rows.windows(2).find(|pair| pair[0].um == pair[1].um) {
+            return Err(wrong(
+                pair[1].line,
+                format!("the wavelength {} um stands twice", pair[1].um),
+            ));
+        }
+        let mut spectrum = Self {
+            file: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            name: None,
+            wavelength_um: Vec::new(),
+            emissivity: Vec::new(),
+            gaps_um: Vec::new(),
+            warnings: Vec::new(),
+        };
+        let mut is_after_deleted = false;
+        for row in rows {
+            let Some(value) = row.value else {
+                is_after_deleted = true;
+                continue;
+            };
+            let emissivity = quantity.emissivity(value);
+            if !(0.0..=1.0).contains(&emissivity) {
+                let (what, bounds) = match quantity {
+                    Quantity::Emissivity => ("an emissivity", "0 to 1"),
+                    Quantity::Reflectance => ("a reflectance", "0 to 1"),
+                    Quantity::ReflectancePercent => ("a reflectance", "0 to 100 percent"),
+                };
+                return Err(wrong(row.line, format!("{what} of {value} is not within {bounds}")));
+            }
+            if let (true, Some(&last)) = (is_after_deleted, spectrum.wavelength_um.last()) {
+                spectrum.gaps_um.push([last, row.um]);
+            }
+            is_after_deleted = false;
+            spectrum.wavelength_um.push(row.um);
+            spectrum.emissivity.push(emissivity);
+        }
+        if spectrum.wavelength_um.len() < 2 {
+            return Err(wrong(1, "there must be at least two points".into()));
+        }
+        Ok(spectrum)
+    }
+
+    /// Whether it is one: it may have been written by other hands.
+    pub(super) fn is_sound(&self) -> bool {
+        self.wavelength_um.len() >= 2
+            && self.wavelength_um.len() == self.emissivity.len()
+            && self.wavelength_um.windows(2).all(|pair| pair[0] < pair[1])
+            && self.emissivity.iter().all(|e| (0.0..=1.0).contains(e))
+    }
+
+    /// Least and greatest wavelength, um.
+    pub fn range_um(&self) -> [f64; 2] {
+        [self.wavelength_um[0], self.wavelength_um[self.wavelength_um.len() - 1]]
+    }
+
+    /// The gap that a wavelength within the range falls into, if it does.
+    pub(super) fn gap_um(&self, um: f64) -> Option<[f64; 2]> {
+        self.gaps_um.iter().copied().find(|&[from, to]| from < um && um < to)
+    }
+
+    /// On the straight line between the points on both sides of a wavelength within the range.
+    pub(super) fn interpolate(&self, um: f64) -> f64 {
+        let above =
+            self.wavelength_um.partition_point(|&x| x < um).clamp(1, self.wavelength_um.len() - 1);
+        let (x0, x1) = (self.wavelength_um[above - 1], self.wavelength_um[above]);
+        let (y0, y1) = (self.emissivity[above - 1], self.emissivity[above]);
+        match um {
+            _ if um == x0 => y0,
+            _ if um == x1 => y1,
+            _ => y0 + (y1 - y0) * (um - x0) / (x1 - x0),
+        }
+    }
+}
