@@ -104,7 +104,10 @@ impl Field {
         }
         let turn = self.turn(cell);
         let direction = turn.to_patch(-self.to_sensor);
-        Ray { origin: self.footprint.at(place), direction, cell, turn }
+        let place = self.footprint.at(place);
+        // From above all there is: beyond an open domain there may stand what hides a part of it.
+        let below_um = (self.domain.max_um.z - place.z).max(0.0);
+        Ray { origin: place + below_um / direction.z * direction, direction, cell, turn }
     }
 
     /// Follows a ray to what it meets first, from cell to cell. `closest` gives the nearest hit on a mesh
