@@ -109,7 +109,7 @@ fn main() -> io::Result<()> {
 impl Bench {
     /// The rays of one path from above: in the domain's mirror sides, by the cosine from every facet.
     fn path(&self, number: u64) -> Vec<Ray> {
-        let mut random = Source::new(1, Purpose::Result).path(number);
+        let mut random = Source::new(1, Purpose::Result).stream(number);
         let domain = &self.bed.domain;
         let (min, max) = (domain.min_um, domain.max_um);
         let [u, v] = random.pair();
