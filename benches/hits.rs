@@ -79,7 +79,9 @@ fn main() -> io::Result<()> {
         bench.bed.placements.len(),
         bench.bed.triangles()
     );
-    println!("| closest hits, one thread | M rays/s, median | range | ratio to Embree fast | other hit than ours | tree, MB | built, CPU s |");
+    println!(
+        "| closest hits, one thread | M rays/s, median | range | ratio to Embree fast | other hit than ours | tree, MB | built, CPU s |"
+    );
     println!("|---|---|---|---|---|---|---|");
     for rates in &mut rates {
         rates.sort_by(f64::total_cmp);
@@ -107,7 +109,7 @@ fn main() -> io::Result<()> {
 impl Bench {
     /// The rays of one path from above: in the domain's mirror sides, by the cosine from every facet.
     fn path(&self, number: u64) -> Vec<Ray> {
-        let mut random = Source::new(1, Purpose::Result).path(number);
+        let mut random = Source::new(1, Purpose::Result).stream(number);
         let domain = &self.bed.domain;
         let (min, max) = (domain.min_um, domain.max_um);
         let [u, v] = random.pair();
@@ -129,9 +131,8 @@ impl Bench {
             if let Some(hit) = hit {
                 let place = &self.bed.placements[hit.placement];
                 let mesh = &self.bed.meshes[place.mesh];
-                let [a, b, c] = mesh.triangles[hit.triangle].map(|i| {
-                    place.to_scene.transform_point3(mesh.vertices[i as usize].as_dvec3())
-                });
+                let [a, b, c] = mesh.triangles[hit.triangle]
+                    .map(|i| place.to_scene.transform_point3(mesh.vertices[i as usize].as_dvec3()));
                 let outward = (b - a).cross(c - a).normalize();
                 let normal = if outward.dot(direction) > 0.0 { -outward } else { outward };
                 origin += hit.t * direction + OFF_UM * normal;
@@ -160,9 +161,8 @@ impl Bench {
 
     /// What `closest_hits.c` reads.
     fn write(&self, rays: &[Ray], mut file: impl Write) -> io::Result<()> {
-        let mut words = |words: &[u32]| {
-            words.iter().try_for_each(|word| file.write_all(&word.to_ne_bytes()))
-        };
+        let mut words =
+            |words: &[u32]| words.iter().try_for_each(|word| file.write_all(&word.to_ne_bytes()));
         let Bed { meshes, placements, .. } = &self.bed;
         words(&[meshes.len() as u32, placements.len() as u32, rays.len() as u32])?;
         for mesh in meshes {
@@ -180,8 +180,9 @@ impl Bench {
             words(&ray.origin.to_array().map(f32::to_bits))?;
             words(&ray.direction.to_array().map(f32::to_bits))?;
             let hit = self.closest(ray);
-            let (t, placement, triangle) = hit
-                .map_or((0.0, u32::MAX, 0), |h| (h.t as f32, h.placement as u32, h.triangle as u32));
+            let (t, placement, triangle) = hit.map_or((0.0, u32::MAX, 0), |h| {
+                (h.t as f32, h.placement as u32, h.triangle as u32)
+            });
             words(&[ray.t_max.to_bits(), t.to_bits(), placement, triangle])?;
         }
         file.flush()

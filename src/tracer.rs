@@ -6,10 +6,10 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::bvh::{Accelerator, ROUNDING};
+use crate::bvh::{Accelerator, Hit};
 use crate::course::{Course, Facet};
 use crate::error::Error;
 use crate::field::{Field, Meets, Ray};
@@ -23,11 +23,17 @@ use crate::tally::Tally;
 /// threads.
 const BLOCK: u64 = 1024;
 
+/// By how much a ray's origin is lifted off its facet, as a share of the greatest coordinate: 256 times what
+/// a double is rounded by. Hit points and their way from the mesh's coordinates into the scene's and into
+/// another mesh's take some ten roundings, so that the origin is certainly on the outer side of the facet and
+/// of those in its plane. For a bed one metre wide it is 3e-8 um.
+const LIFT: f64 = 128.0 * f64::EPSILON;
+
 /// A bed made ready for tracing.
 pub struct Tracer {
     bed: Arc<Bed>,
     accelerator: Arc<Accelerator>,
-    /// Distance by which a ray's origin is lifted off each mesh, um.
+    /// Distance by which a ray's origin is lifted off each placement's facets, um.
     lift_um: Arc<[f64]>,
     field: Field,
 }
@@ -56,17 +62,14 @@ impl Tracer {
     /// Builds the acceleration structure.
     pub fn new(bed: Bed) -> Self {
         let accelerator = Accelerator::new(&bed);
-        // A hit lies on its triangle to double precision; the next ray's origin is rounded to single
-        // precision in the mesh's coordinates. Lifting it by the bound of that rounding keeps the ray
-        // from meeting its own surface and loses no gap wider than that.
         let lift_um = bed
             .placements
             .iter()
-            .map(|placement| {
-                let extent = f64::from(bed.meshes[placement.mesh].extent_um());
-                let m = placement.to_scene.matrix3;
-                let scale = m.x_axis.length().max(m.y_axis.length()).max(m.z_axis.length());
-                extent * scale * ROUNDING
+            .map(|place| {
+                let m = place.to_scene.matrix3;
+                let scale = m.x_axis.length() + m.y_axis.length() + m.z_axis.length();
+                let extent = f64::from(bed.meshes[place.mesh].extent_um());
+                (place.to_scene.translation.abs().max_element() + extent * scale) * LIFT
             })
             .collect();
         let field = Field::new(&bed, bed.domain.sides);
@@ -152,9 +155,7 @@ impl Tracer {
     fn next(&self, ray: &mut Ray) -> Event {
         let closest = |ray: &Ray, t_max| self.accelerator.closest(ray.origin, ray.direction, t_max);
         match self.field.follow(ray, closest) {
-            Meets::Mesh(hit) => {
-                self.at_mesh(hit.placement, hit.triangle, hit.weights, ray.direction)
-            }
+            Meets::Mesh(hit) => self.at_mesh(&hit, ray.direction),
             Meets::Plane { material, point, normal } => {
                 Event::Hit { mesh: None, material, point, normal }
             }
@@ -163,33 +164,29 @@ impl Tracer {
         }
     }
 
-    /// The hit point to double precision, lifted off the surface, and the normal on the ray's side.
-    fn at_mesh(
-        &self,
-        placement: usize,
-        triangle: usize,
-        [v, w]: [f32; 2],
-        direction: DVec3,
-    ) -> Event {
-        let place = &self.bed.placements[placement];
+    /// The hit point, lifted off the surface, and the normal on the ray's side.
+    fn at_mesh(&self, hit: &Hit, direction: DVec3) -> Event {
+        let place = &self.bed.placements[hit.placement];
         let mesh = &self.bed.meshes[place.mesh];
-        let corner = |i: usize| {
-            let vertex: Vec3 = mesh.vertices[mesh.triangles[triangle][i] as usize];
-            place.to_scene.transform_point3(vertex.as_dvec3())
-        };
-        let (a, b, c) = (corner(0), corner(1), corner(2));
-        let mirrored = place.to_scene.matrix3.determinant() < 0.0;
-        let outward = (b - a).cross(c - a).normalize() * if mirrored { -1.0 } else { 1.0 };
+        let [a, b, c] = mesh.triangles[hit.triangle].map(|i| mesh.vertices[i as usize].as_dvec3());
+        let [v, w] = hit.weights;
+        let point = place.to_scene.transform_point3(a + v * (b - a) + w * (c - a));
+        let matrix = place.to_scene.matrix3;
+        let (ab, ac) = (matrix * (b - a), matrix * (c - a));
+        let cross = ab.cross(ac);
+        let mirrored = matrix.determinant() < 0.0;
+        let outward = cross.normalize() * if mirrored { -1.0 } else { 1.0 };
         let behind = outward.dot(direction) > 0.0;
         if behind && mesh.closed {
             return Event::Inside { mesh: place.mesh };
         }
         let normal = if behind { -outward } else { outward };
-        let point = a + f64::from(v) * (b - a) + f64::from(w) * (c - a);
+        // The narrower a triangle, the less certain is which way it faces.
+        let narrow = ab.length() * ac.length() / cross.length();
         Event::Hit {
             mesh: Some(place.mesh),
-            material: mesh.materials[triangle],
-            point: point + self.lift_um[placement] * normal,
+            material: mesh.materials[hit.triangle],
+            point: point + self.lift_um[hit.placement] * narrow * normal,
             normal,
         }
     }

@@ -1,0 +1,170 @@
+//! Eight floats at once: by AVX2 where the machine has it, else by what the compiler makes of arrays.
+//!
+//! The two round differently (`mul_sub` is fused or not). Nothing that is returned depends on it: in
+//! single precision candidates are only culled, with room for either.
+
+#![allow(unsafe_code)]
+
+/// Eight floats.
+pub trait Lanes: Copy {
+    fn splat(x: f32) -> Self;
+    fn load(x: &[f32; 8]) -> Self;
+    fn store(self) -> [f32; 8];
+    fn add(self, other: Self) -> Self;
+    fn sub(self, other: Self) -> Self;
+    fn mul(self, other: Self) -> Self;
+    /// self * factor - other.
+    fn mul_sub(self, factor: Self, other: Self) -> Self;
+    fn min(self, other: Self) -> Self;
+    fn max(self, other: Self) -> Self;
+    fn abs(self) -> Self;
+    /// Bit i is set where lane i is at most that of the other.
+    fn at_most(self, other: Self) -> u32;
+}
+
+/// Work that can be done with lanes of either kind.
+pub trait Work {
+    type Output;
+
+    /// To be inlined, so that it has the features of what it is inlined into.
+    fn run<L: Lanes>(self) -> Self::Output;
+}
+
+/// Does the work with the best lanes that the machine has.
+#[inline]
+pub fn with_best<W: Work>(work: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    {
+        #[target_feature(enable = "avx2,fma")]
+        fn with_avx2<W: Work>(work: W) -> W::Output {
+            work.run::<Avx2>()
+        }
+        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            // SAFETY: the machine has both.
+            return unsafe { with_avx2(work) };
+        }
+    }
+    work.run::<Portable>()
+}
+
+/// For any machine.
+#[derive(Clone, Copy)]
+pub struct Portable([f32; 8]);
+
+impl Portable {
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+    }
+}
+
+impl Lanes for Portable {
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        Self([x; 8])
+    }
+    #[inline(always)]
+    fn load(x: &[f32; 8]) -> Self {
+        Self(*x)
+    }
+    #[inline(always)]
+    fn store(self) -> [f32; 8] {
+        self.0
+    }
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.zip(other, |a, b| a * b)
+    }
+    #[inline(always)]
+    fn mul_sub(self, factor: Self, other: Self) -> Self {
+        self.mul(factor).sub(other)
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.zip(other, |a, b| if a < b { a } else { b })
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.zip(other, |a, b| if a > b { a } else { b })
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.zip(self, |a, _| a.abs())
+    }
+    #[inline(always)]
+    fn at_most(self, other: Self) -> u32 {
+        (0..8).map(|i| u32::from(self.0[i] <= other.0[i]) << i).sum()
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+use avx2::Avx2;
+
+#[cfg(target_arch = "x86_64")]
+mod avx2 {
+    use std::arch::x86_64::*;
+
+    /// One register.
+    ///
+    /// SAFETY of all below: `with_avx2` alone names it, and has the features; loads and stores are of whole
+    /// arrays.
+    #[derive(Clone, Copy)]
+    pub struct Avx2(__m256);
+
+    impl super::Lanes for Avx2 {
+        #[inline(always)]
+        fn splat(x: f32) -> Self {
+            Self(unsafe { _mm256_set1_ps(x) })
+        }
+        #[inline(always)]
+        fn load(x: &[f32; 8]) -> Self {
+            Self(unsafe { _mm256_loadu_ps(x.as_ptr()) })
+        }
+        #[inline(always)]
+        fn store(self) -> [f32; 8] {
+            let mut x = [0.0; 8];
+            unsafe { _mm256_storeu_ps(x.as_mut_ptr(), self.0) };
+            x
+        }
+        #[inline(always)]
+        fn add(self, other: Self) -> Self {
+            Self(unsafe { _mm256_add_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn sub(self, other: Self) -> Self {
+            Self(unsafe { _mm256_sub_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn mul(self, other: Self) -> Self {
+            Self(unsafe { _mm256_mul_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn mul_sub(self, factor: Self, other: Self) -> Self {
+            Self(unsafe { _mm256_fmsub_ps(self.0, factor.0, other.0) })
+        }
+        #[inline(always)]
+        fn min(self, other: Self) -> Self {
+            Self(unsafe { _mm256_min_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn max(self, other: Self) -> Self {
+            Self(unsafe { _mm256_max_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn abs(self) -> Self {
+            Self(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
+        }
+        #[inline(always)]
+        fn at_most(self, other: Self) -> u32 {
+            unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0)) as u32 }
+        }
+    }
+}

@@ -1,0 +1,384 @@
+//! Closest hits through two levels of bounding volumes: trees of eight-wide nodes over each mesh and over the
+//! placed meshes.
+//!
+//! Precision. Single precision only culls: it leaves out boxes and triangles that the ray misses by more
+//! than single precision can err. What is left is decided in double precision, in the coordinates of
+//! the mesh, and of two hits at the same distance the one of the lower number is taken. So the result is that
+//! of testing every triangle in double precision, to the last bit, whatever the trees, the order of
+//! the walk and the machine's vectors.
+
+mod lanes;
+mod tree;
+mod triangles;
+mod walk;
+
+use std::cell::RefCell;
+
+use glam::{DAffine3, DVec3};
+use obvhs::aabb::Aabb;
+use rayon::prelude::*;
+
+use crate::geometry::{Bed, Mesh, Placement};
+use lanes::{Lanes, Work};
+use tree::{Tree, WIDTH};
+use triangles::{Block, Cull, Ray};
+use walk::{Slabs, Stack, walk};
+
+/// The two levels over all placed meshes of a bed.
+pub struct Accelerator {
+    meshes: Vec<MeshTree>,
+    /// In the order of the top level's leaves.
+    instances: Vec<Instance>,
+    top: Tree,
+    /// The top level is built about this point; the greatest coordinate of its boxes.
+    middle: DVec3,
+    reach: f32,
+}
+
+struct MeshTree {
+    tree: Tree,
+    blocks: Vec<Block>,
+    reach: f32,
+}
+
+#[derive(Clone, Copy)]
+struct Instance {
+    placement: usize,
+    mesh: usize,
+    to_mesh: DAffine3,
+}
+
+/// Where a ray meets a triangle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// Distance along the ray, um.
+    pub t: f64,
+    /// Number of the placement.
+    pub placement: usize,
+    /// Number of the triangle in its mesh.
+    pub triangle: usize,
+    /// Weights of the triangle's second and third corner.
+    pub weights: [f64; 2],
+}
+
+impl Hit {
+    /// What the search starts with: any hit up to `t_max` is nearer.
+    const fn none(t_max: f64) -> Self {
+        Self { t: t_max, placement: usize::MAX, triangle: usize::MAX, weights: [0.0; 2] }
+    }
+
+    fn found(self) -> Option<Self> {
+        (self.placement != usize::MAX).then_some(self)
+    }
+}
+
+thread_local! {
+    /// One for each thread, so that no ray needs to allocate one.
+    static STACK: RefCell<Stack> = const { RefCell::new(Stack::new()) };
+}
+
+impl Accelerator {
+    /// Builds both levels.
+    pub fn new(bed: &Bed) -> Self {
+        let meshes: Vec<MeshTree> = bed.meshes.par_iter().map(MeshTree::new).collect();
+        let middle = (bed.domain.min_um + bed.domain.max_um) / 2.0;
+        let boxes: Vec<Aabb> = bed
+            .placements
+            .par_iter()
+            .map(|placement| {
+                let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+                for vertex in &bed.meshes[placement.mesh].vertices {
+                    let point = placement.to_scene.transform_point3(vertex.as_dvec3()) - middle;
+                    min = min.min(point);
+                    max = max.max(point);
+                }
+                // Rounded outward.
+                let below = |x: f64| (x as f32).next_down();
+                let above = |x: f64| (x as f32).next_up();
+                let point = |p: DVec3, f: fn(f64) -> f32| glam::Vec3A::new(f(p.x), f(p.y), f(p.z));
+                Aabb::new(point(min, below), point(max, above))
+            })
+            .collect();
+        let reach =
+            boxes.iter().map(|b| b.min.abs().max(b.max.abs()).max_element()).fold(0.0, f32::max);
+        let mut instances = Vec::with_capacity(boxes.len());
+        let top =
+            Tree::new(&boxes, 1, |members| {
+                instances.extend(members.iter().map(|&number| {
+                    Instance::new(number as usize, &bed.placements[number as usize])
+                }));
+            });
+        Self { meshes, instances, top, middle, reach }
+    }
+
+    /// One of the bed's meshes by itself.
+    pub fn alone(&self, bed: &Bed, mesh: usize) -> Alone<'_> {
+        let radius_um =
+            bed.meshes[mesh].vertices.iter().map(|v| v.as_dvec3().length()).fold(0.0, f64::max);
+        Alone { mesh: &self.meshes[mesh], radius_um }
+    }
+
+    /// The nearest hit within `t_max` um of `origin` along the unit vector `direction`.
+    #[inline]
+    pub fn closest(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<Hit> {
+        STACK.with_borrow_mut(|stack| {
+            lanes::with_best(InBed { accelerator: self, origin, direction, t_max, stack }).found()
+        })
+    }
+}
+
+/// The search for the nearest hit of all placed meshes.
+struct InBed<'a> {
+    accelerator: &'a Accelerator,
+    origin: DVec3,
+    direction: DVec3,
+    t_max: f64,
+    stack: &'a mut Stack,
+}
+
+impl Work for InBed<'_> {
+    type Output = Hit;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Hit {
+        let Self { accelerator, origin, direction, t_max, stack } = self;
+        let Accelerator { meshes, instances, top, middle, reach } = accelerator;
+        let mut best = Hit::none(t_max);
+        let from_middle = origin - middle;
+        let reach = reach.max(above(from_middle.abs().max_element()));
+        let slabs = Slabs::<L>::new(from_middle, direction, reach);
+        walk(top, &slabs, above(t_max), stack, |leaf, entered, stack| {
+            let instance = &instances[leaf.number()];
+            let ray = Ray::new(
+                instance.to_mesh.transform_point3(origin),
+                instance.to_mesh.transform_vector3(direction),
+            );
+            let mesh = &meshes[instance.mesh];
+            mesh.nearest::<L>(&ray, entered, instance.placement, &mut best, stack);
+            above(best.t)
+        });
+        best
+    }
+}
+
+/// The search for the nearest hit of one mesh.
+struct InMesh<'a> {
+    mesh: &'a MeshTree,
+    ray: Ray,
+    stack: &'a mut Stack,
+}
+
+impl Work for InMesh<'_> {
+    type Output = Hit;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Hit {
+        let mut best = Hit::none(f64::INFINITY);
+        self.mesh.nearest::<L>(&self.ray, 0.0, 0, &mut best, self.stack);
+        best
+    }
+}
+
+/// A mesh by itself, about its own middle.
+pub struct Alone<'a> {
+    mesh: &'a MeshTree,
+    radius_um: f64,
+}
+
+impl Alone<'_> {
+    /// Radius of the sphere about the origin that holds the mesh, um.
+    pub fn radius_um(&self) -> f64 {
+        self.radius_um
+    }
+
+    /// Number of the first triangle that a ray meets.
+    pub fn closest(&self, origin: DVec3, direction: DVec3) -> Option<usize> {
+        let (mesh, ray) = (self.mesh, Ray::new(origin, direction));
+        let hit =
+            STACK.with_borrow_mut(|stack| lanes::with_best(InMesh { mesh, ray, stack }).found());
+        hit.map(|hit| hit.triangle)
+    }
+}
+
+/// The least single above a double.
+#[inline(always)]
+fn above(t: f64) -> f32 {
+    (t as f32).next_up()
+}
+
+impl MeshTree {
+    fn new(mesh: &Mesh) -> Self {
+        let corners =
+            |number: u32| mesh.triangles[number as usize].map(|i| mesh.vertices[i as usize]);
+        let boxes: Vec<Aabb> = (0..mesh.triangles.len() as u32)
+            .map(|number| {
+                let [a, b, c] = corners(number);
+                Aabb::new(a.min(b).min(c).into(), a.max(b).max(c).into())
+            })
+            .collect();
+        let mut blocks = Vec::new();
+        let tree = Tree::new(&boxes, WIDTH, |members| blocks.push(Block::new(members, corners)));
+        Self { tree, blocks, reach: mesh.extent_um() }
+    }
+
+    /// Takes the nearest hit of a ray in this mesh's coordinates, if it is nearer than the best so far. The
+    /// ray meets nothing before `start`.
+    #[inline(always)]
+    fn nearest<L: Lanes>(
+        &self,
+        ray: &Ray,
+        start: f32,
+        placement: usize,
+        best: &mut Hit,
+        stack: &mut Stack,
+    ) {
+        // Single precision is best near the mesh.
+        let start = f64::from(start);
+        let origin = ray.origin + start * ray.direction;
+        let reach = self.reach.max(above(origin.abs().max_element()));
+        let slabs = Slabs::<L>::new(origin, ray.direction, reach);
+        let cull = Cull::<L>::new(ray, origin, reach);
+        let mut t_max = above(best.t - start);
+        walk(&self.tree, &slabs, t_max, stack, |leaf, _, _| {
+            let block = &self.blocks[leaf.number()];
+            let mut met = cull.meet(block, leaf, t_max);
+            while met != 0 {
+                let (number, corners) = block.triangle(met.trailing_zeros() as usize);
+                met &= met - 1;
+                if let Some(met) = ray.meet(corners) {
+                    let triangle = number as usize;
+                    let first = (placement, triangle) < (best.placement, best.triangle);
+                    if met.t < best.t || met.t == best.t && first {
+                        *best = Hit { t: met.t, placement, triangle, weights: met.weights() };
+                        t_max = above(met.t - start);
+                    }
+                }
+            }
+            t_max
+        });
+    }
+}
+
+impl Instance {
+    fn new(number: usize, placement: &Placement) -> Self {
+        Self { placement: number, mesh: placement.mesh, to_mesh: placement.to_scene.inverse() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Domain;
+    use crate::random::{Purpose, Source, Stream};
+    use crate::scene::Sides;
+    use lanes::Portable;
+
+    fn point(random: &mut Stream) -> DVec3 {
+        let ([x, y], [z, _]) = (random.pair(), random.pair());
+        DVec3::new(x, y, z) * 2.0 - 1.0
+    }
+
+    /// Soups of triangles, slivers and coplanar neighbours among them, scaled, turned and sheared.
+    fn bed(random: &mut Stream, extent_um: f64) -> Bed {
+        let meshes = (0..3).map(|number| {
+            let count = [1, 70, 900][number];
+            let mut points = Vec::new();
+            for i in 0..count {
+                let (at, size) = (point(random), 10_f64.powf(2.0 * random.pair()[0] - 2.5));
+                let (b, c) = (at + size * point(random), at + size * point(random));
+                points.extend([
+                    at,
+                    b,
+                    if i % 5 == 0 { at + (b - at) * 1.001 + 1e-6 * c } else { c },
+                ]);
+                if i % 3 == 0 {
+                    points.extend([c, b, b + c - at]);
+                }
+            }
+            for p in &mut points {
+                *p *= extent_um;
+            }
+            let faces = (0..points.len() as u32 / 3).map(|i| ([3 * i, 3 * i + 1, 3 * i + 2], 0));
+            Mesh::new("soup", &points, faces).0
+        });
+        let meshes: Vec<Mesh> = meshes.collect();
+        let placements = (0..40).map(|i| {
+            let mut to_scene = DAffine3::from_scale_rotation_translation(
+                DVec3::ONE + 0.5 * point(random),
+                glam::DQuat::from_scaled_axis(3.0 * point(random)),
+                2.0 * extent_um * point(random),
+            );
+            if i % 4 == 0 {
+                to_scene.matrix3.x_axis *= -1.0;
+            }
+            Placement { mesh: i % 3, to_scene }
+        });
+        let domain = Domain {
+            min_um: DVec3::splat(-extent_um),
+            max_um: DVec3::splat(extent_um),
+            sides: Sides::Open,
+            patches: [1, 1],
+            floor: None,
+        };
+        let placements = placements.collect();
+        Bed { meshes, placements, domain, to_sensor: DVec3::Z, materials: 1 }
+    }
+
+    /// Every triangle of every placement, in double precision.
+    fn every(bed: &Bed, origin: DVec3, direction: DVec3, t_max: f64) -> Option<Hit> {
+        let mut best = Hit::none(t_max);
+        for (placement, place) in bed.placements.iter().enumerate() {
+            let to_mesh = place.to_scene.inverse();
+            let ray =
+                Ray::new(to_mesh.transform_point3(origin), to_mesh.transform_vector3(direction));
+            let mesh = &bed.meshes[place.mesh];
+            for (triangle, corners) in mesh.triangles.iter().enumerate() {
+                let met = ray.meet(corners.map(|i| mesh.vertices[i as usize].as_dvec3()));
+                if let Some(met) = met.filter(|met| met.t < best.t) {
+                    best = Hit { t: met.t, placement, triangle, weights: met.weights() };
+                }
+            }
+        }
+        best.found()
+    }
+
+    #[test]
+    fn the_walk_finds_to_the_last_bit_what_testing_every_triangle_finds() {
+        for (number, extent_um) in [1e-3, 300.0, 1e6].into_iter().enumerate() {
+            let mut random = Source::new(5, Purpose::Result).stream(number as u64);
+            let bed = bed(&mut random, extent_um);
+            let accelerator = Accelerator::new(&bed);
+            let (mut hits, mut near) = (0, None);
+            for i in 0..3000 {
+                let random = &mut random;
+                let mut direction = point(random).normalize();
+                let origin = match (i % 4, near) {
+                    // On a facet, as after a hit.
+                    (1 | 2, Some(on)) => on,
+                    // From far away, and along an axis.
+                    (3, _) => {
+                        direction = [DVec3::X, DVec3::Y, -DVec3::Z][i / 4 % 3];
+                        extent_um * (point(random) - 1000.0 * direction)
+                    }
+                    _ => 2.0 * extent_um * point(random),
+                };
+                let t_max = if i % 5 == 0 { extent_um } else { f64::INFINITY };
+                let found = accelerator.closest(origin, direction, t_max);
+                let expected = every(&bed, origin, direction, t_max);
+                assert_eq!(found, expected, "ray {i} in {extent_um} um");
+                let mut stack = Stack::new();
+                let search = InBed {
+                    accelerator: &accelerator,
+                    origin,
+                    direction,
+                    t_max,
+                    stack: &mut stack,
+                };
+                assert_eq!(search.run::<Portable>().found(), expected, "without vectors");
+                hits += usize::from(found.is_some());
+                near = found.map(|hit| origin + hit.t * direction).or(near);
+            }
+            assert!(hits > 1000, "{hits} hits tell little");
+        }
+    }
+}
