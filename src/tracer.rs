@@ -33,7 +33,7 @@ const LIFT: f64 = 128.0 * f64::EPSILON;
 pub struct Tracer {
     bed: Arc<Bed>,
     accelerator: Arc<Accelerator>,
-    /// Distance by which a ray's origin is lifted off each mesh, um.
+    /// Distance by which a ray's origin is lifted off each placement's facets, um.
     lift_um: Arc<[f64]>,
     field: Field,
 }

@@ -1,14 +1,16 @@
 //! Nothing small is lost: gaps, coplanar and narrow facets, in meshes of any size and scenes in any unit.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use glam::{DAffine3, DQuat, DVec3};
 use soilsig::bvh::Accelerator;
+use soilsig::course::{Course, Facet};
 use soilsig::geometry::{Bed, Domain, Mesh, Placement};
 use soilsig::ingest;
 use soilsig::random::Purpose;
 use soilsig::scene::{Scene, Sides};
-use soilsig::tally::Tally;
+use soilsig::tally::{Kept, Tally};
 use soilsig::tracer::Tracer;
 
 /// Where the lines of a grid run, as shares of its width: narrow strips among them.
@@ -49,12 +51,15 @@ fn cut_box(size_um: DVec3, closed: bool) -> Mesh {
 
 /// A bed in the open, looked at from the top of a box.
 fn bed(meshes: Vec<Mesh>, placements: Vec<Placement>, min_um: DVec3, max_um: DVec3) -> Bed {
-    let domain = Domain { min_um, max_um, sides: Sides::Open, floor: None };
+    let domain = Domain { min_um, max_um, sides: Sides::Open, patches: [1, 1], floor: None };
     Bed { meshes, placements, domain, to_sensor: DVec3::Z, materials: 1 }
 }
 
-fn trace(bed: Bed, max_bounces: u16, paths: u64) -> Tally {
-    Tracer::new(bed, max_bounces).trace(3, Purpose::Result, 0, paths, &|_| ()).expect("traced")
+fn trace(bed: Bed, most_hits: u16, paths: u64) -> Tally {
+    let facets = vec![Facet::LAMBERTIAN; bed.materials];
+    let greatest = vec![1.0; bed.materials];
+    let course = Course { kept: Kept::PLAIN, facets, most_hits, greatest, least_weight: 0.0 };
+    Tracer::new(bed).trace(&course, 3, Purpose::Result, 0..paths, &|_| ()).expect("traced")
 }
 
 fn placed(mesh: usize, to_scene: DAffine3) -> Placement {
@@ -143,19 +148,19 @@ fn a_gap_between_a_fine_and_its_host_is_kept() {
     }
 }
 
-/// The settled patch in other units: to the last path in units of a power of two, which change no
-/// mantissa; but for single paths in any other.
+/// The settled patch in other units. Vertices are singles, and most would be rounded anew in other units: here
+/// they are put on whole micrometres, and the units are such that all of them stay exact. What differs
+/// is the tracer's own rounding.
 #[test]
 fn a_bed_in_other_units_gives_the_same_table() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
     let patch = ingest::load(&Scene::read(&path).expect("a scene"), &path).expect("meshes");
-    let paths = 2000;
     let in_units = |scale: f64| {
         let mut bed = patch.clone();
-        for mesh in &mut bed.meshes {
-            for vertex in &mut mesh.vertices {
-                *vertex = (vertex.as_dvec3() * scale).as_vec3();
-            }
+        for vertex in bed.meshes.iter_mut().flat_map(|mesh| &mut mesh.vertices) {
+            let scaled = vertex.as_dvec3().round() * scale;
+            *vertex = scaled.as_vec3();
+            assert_eq!(vertex.as_dvec3(), scaled, "exact");
         }
         for place in &mut bed.placements {
             place.to_scene.translation *= scale;
@@ -165,21 +170,19 @@ fn a_bed_in_other_units_gives_the_same_table() {
         if let Some((z_um, _)) = &mut bed.domain.floor {
             *z_um *= scale;
         }
-        trace(bed, 128, paths)
+        trace(bed, 128, 2000)
     };
     let as_it_is = in_units(1.0);
-    for power in [-10, 10, 20] {
-        assert_eq!(in_units(2_f64.powi(power)), as_it_is, "2^{power}");
-    }
-    for scale in [1e-3, 1e-1, 1e3, 1e6] {
+    assert!(as_it_is.hits > 8000 && !as_it_is.escaped.is_empty());
+    for scale in [125.0 / 2_f64.powi(17), 100.0 / 1024.0, 1e3, 1e6] {
         let other = in_units(scale);
-        let apart: u64 = as_it_is
-            .escaped
-            .iter()
-            .map(|(state, &count)| count.abs_diff(other.escaped.get(state).copied().unwrap_or(0)))
-            .sum();
-        // A path takes another way where a facet's edge is rounded to its other side: 1e-7 of a
-        // facet at each hit.
-        assert!(apart <= 4, "{scale}: {apart} of {paths} paths go elsewhere");
+        assert!(other.first_hits == as_it_is.first_hits, "{scale}: the first hits");
+        let count = |of: &Tally, state| of.escaped.get(state).copied().unwrap_or(0);
+        let states: HashSet<_> = other.escaped.keys().chain(as_it_is.escaped.keys()).collect();
+        let apart: u64 =
+            states.iter().map(|s| count(&other, *s).abs_diff(count(&as_it_is, *s))).sum();
+        // A path that differs is missing in one place and too many in another. Doubles round otherwise in
+        // other units, and a long path in a narrow gap magnifies that at every hit.
+        assert!(apart <= 2 * 4, "{scale}: {} of 2000 paths differ", apart.div_ceil(2));
     }
 }

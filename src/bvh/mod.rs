@@ -317,8 +317,8 @@ mod tests {
             min_um: DVec3::splat(-extent_um),
             max_um: DVec3::splat(extent_um),
             sides: Sides::Open,
-            floor: None,
             patches: [1, 1],
+            floor: None,
         };
         let placements = placements.collect();
         Bed { meshes, placements, domain, to_sensor: DVec3::Z, materials: 1 }
