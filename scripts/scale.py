@@ -106,7 +106,7 @@ def measure(soilsig, cases, repeats, table):
 
 
 # The chart: three panels one above the other, particles from left to right.
-LEFT, WIDTH, HEIGHT, GAP, TOP = 84, 600, 132, 34, 64
+LEFT, WIDTH, HEIGHT, GAP, TOP = 84, 600, 132, 40, 78
 BLUE, GREY = "#1f5fa8", "#9a5b13"
 NAMES = {3: "thousand", 6: "million"}
 
@@ -129,7 +129,13 @@ def chart(rows):
         ),
     ]
     panels = (
-        ("processor time, s", "user_cpu_s", (0.1, 1, 10, 100, 1000), 600, "one thread, 10 min"),
+        (
+            "processor time, s (user, all threads)",
+            "user_cpu_s",
+            (0.1, 1, 10, 100, 1000),
+            600,
+            "one thread, 10 min",
+        ),
         (
             "peak memory, MB",
             "peak_memory_mb",
@@ -137,7 +143,13 @@ def chart(rows):
             192 * 1024,
             "a machine of 192 GB",
         ),
-        ("cost of a ray / patch alone", "relative_to_patch", (0, 0.5, 1, 1.5), None, None),
+        (
+            "processor time of a ray, of the patch alone = 1",
+            "relative_to_patch",
+            (0, 0.5, 1, 1.5),
+            None,
+            None,
+        ),
     )
     for number, (name, key, ticks, paper, note) in enumerate(panels):
         top = TOP + number * (HEIGHT + GAP)
@@ -164,7 +176,7 @@ def chart(rows):
             parts.append(text(left - 8, y + 4, note, anchor="end", fill=GREY))
     for power in range(4, 10):
         number, zeros = 10 ** (power % 3), power - power % 3
-        name = f"{number} {NAMES[zeros]}" if zeros in NAMES else "1000 million"
+        name = f"{number} {NAMES[zeros]}" if zeros in NAMES else "1 billion"
         parts.append(text(across(power), height - 34, name, anchor="middle"))
     parts.append(text(LEFT + WIDTH / 2, height - 12, "particles in the field", anchor="middle"))
     return "\n".join([*parts, "</svg>\n"])
