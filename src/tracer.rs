@@ -77,6 +77,7 @@ impl Tracer {
     }
 
     /// The same bed within other sides.
+    #[must_use]
     pub fn within(&self, sides: Sides) -> Self {
         let field = Field::new(&self.bed, sides);
         let (bed, accelerator) = (Arc::clone(&self.bed), Arc::clone(&self.accelerator));

@@ -157,7 +157,7 @@ fn field_words(field: &InField) -> String {
         let verdict = if alone.same {
             "the same within the error, so the field is not needed"
         } else {
-            "more than the error; a larger patch tells which is right"
+            "more than the error. The copies' sides cut solids, which mirrors do not; a larger patch has less of that"
         };
         let _ = writeln!(
             text,

@@ -194,6 +194,22 @@ fn a_table_by_other_hands_is_checked() {
 }
 
 #[test]
+fn a_field_is_asked_for_in_particles_and_of_recipes_only() {
+    let place = Place::new();
+    let scene = shipped("settled_patch.json");
+    let of = |particles: &str| {
+        let args = ["pipeline", "--scene", &scene, "--field", particles, "--out", "r"];
+        place.refused(&args, 2)
+    };
+    let placed = of("4.24e8");
+    assert!(placed.contains("settled_patch.json") && placed.contains("hint:"), "{placed}");
+    for particles in ["0", "1e16", "many", "nan"] {
+        assert!(of(particles).contains("from 1 to 1e15"), "{particles}");
+    }
+    assert!(!place.path("r/run.json").exists());
+}
+
+#[test]
 fn a_tolerance_that_the_caps_do_not_allow_has_its_own_status_and_a_result() {
     let place = Place::new();
     let (out, _) = place.run(

@@ -7,10 +7,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use soilsig::alone::InField;
+use soilsig::ingest;
 use soilsig::scene::{Scene, Sides};
 use soilsig::signature;
 use soilsig::table::Table;
-use soilsig::{ingest, trace};
 use tempfile::TempDir;
 
 /// A scene of an .obj file with materials m0, m1, ... of the given emissivities.
@@ -143,8 +143,9 @@ fn settled(sides: &str) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("scene.json");
     let mesh = scenes.join("settled_patch.obj");
-    let other =
-        text.replace(r#""mirror""#, sides).replace(r#""settled_patch.obj""#, &format!("{mesh:?}"));
+    let other = text
+        .replace(r#""mirror""#, sides)
+        .replace(r#""settled_patch.obj""#, &format!("\"{}\"", mesh.display()));
     assert_ne!(text, other);
     fs::write(&path, other).expect("written");
     (folder, path)
