@@ -1,6 +1,7 @@
 """Fits the closed form of a powder's emissivity to a measured spectrum.
 
-    python scripts/fit_powder.py spectra/quartz_coarse.json MEASURED.txt [--other OTHER.txt] [--csv CURVE.csv]
+    python scripts/fit_powder.py spectra/quartz_coarse.json MEASURED.txt \\
+        [--other OTHER.txt] [--csv CURVE.csv]
 
 It needs numpy and scipy. The parameter file says where to start and, in "fitted", which of its
 numbers are free; it is written anew with what came out. "constants" names a file beside it with the
@@ -8,7 +9,8 @@ crystal's optical constants, so other minerals need two such files and no change
 hemispherical reflectance of the ECOSTRESS or ASTER library, in percent.
 
 Minimised is the square error at every 10 nm of the range, and with it the slope of the curve at
-"christiansen_um", where the measured one has its maximum: the residuals there are too small to place it.
+"christiansen_um", where the measured one has its maximum: the residuals there are too small to
+place it.
 
 The optics stand here a second time, apart from the program's, so that a test can compare the two.
 """

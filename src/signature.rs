@@ -59,6 +59,11 @@ impl Grid {
         }
     }
 
+    /// The ends of the range that was asked for, um.
+    pub const fn range_um(&self) -> (f64, f64) {
+        (self.from_um, self.to_um)
+    }
+
     /// The wavelengths, um, in whole picometres, so that 7.5 + 1.13 is 8.63 to the last digit.
     pub fn wavelengths_um(&self) -> Vec<f64> {
         let [from, to, step] =

@@ -9,19 +9,22 @@ mod pipeline;
 mod replay;
 mod schema;
 mod signature;
+mod spectra;
 mod trace;
 
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::builder::{StringValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use soilsig::cache::Cache;
 use soilsig::error::{Error, Status};
-use soilsig::interrupt;
 use soilsig::output::OutputError;
+use soilsig::scene::SpectrumSource;
 use soilsig::signature::Grid;
+use soilsig::spectrum::Spectrum;
+use soilsig::{interrupt, output, plot, report};
 
 /// Thermal-infrared signatures of soil from the geometry of its grains
 #[derive(Parser)]
@@ -42,6 +45,7 @@ enum Command {
     Signature(signature::Args),
     Replay(replay::Args),
     Grains(grains::Args),
+    Spectra(spectra::Args),
     Picture(picture::Args),
     Doctor(doctor::Args),
     Schema(schema::Args),
@@ -139,6 +143,47 @@ fn tolerance(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A spectrum of the command line: a number, a shipped one's name, `fresnel:CONSTANTS`, else a file.
+fn spectrum_source(text: &str) -> SpectrumSource {
+    if let Ok(value) = text.parse::<f64>() {
+        if !(0.0..=1.0).contains(&value) {
+            usage(&format!("an emissivity of {value} is not within 0 to 1"));
+        }
+        SpectrumSource::Constant(value)
+    } else if let Some(constants) = text.strip_prefix("fresnel:") {
+        SpectrumSource::Fresnel(constants.to_owned())
+    } else if Spectrum::builtin(text).is_ok() {
+        SpectrumSource::Builtin(text.to_owned())
+    } else {
+        SpectrumSource::File(text.into())
+    }
+}
+
+/// How a chart is written, by its file's ending.
+enum ChartFormat {
+    Svg,
+    Png,
+}
+
+impl ChartFormat {
+    fn of(path: &Path) -> Self {
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        match ending.as_str() {
+            "svg" => Self::Svg,
+            "png" => Self::Png,
+            _ => usage(&format!("{}: charts are written as .svg or .png", path.display())),
+        }
+    }
+
+    fn write(&self, svg: &str, path: &Path) -> Result<(), Error> {
+        match self {
+            Self::Svg => output::bytes(path, svg.as_bytes())?,
+            Self::Png => output::bytes(path, &plot::png(svg, report::PIXELS_PER_UNIT)?)?,
+        }
+        Ok(())
+    }
+}
+
 /// Ends the program as clap does on a wrong command line.
 fn usage(problem: &str) -> ! {
     use clap::CommandFactory as _;
@@ -183,6 +228,7 @@ pub fn run() -> ExitCode {
         Command::Merge(args) => merge::run(args),
         Command::Signature(args) => signature::run(args).map(|()| None),
         Command::Replay(args) => replay::run(args),
+        Command::Spectra(args) => spectra::run(args).map(|()| None),
         Command::Grains(args) => grains::run(args, &cache).map(|()| None),
         Command::Picture(args) => picture::run(args).map(|()| None),
         Command::Doctor(args) => doctor::run(args, cache.root()).map(|()| None),

@@ -4,12 +4,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use soilsig::error::Error;
-use soilsig::scene::SpectrumSource;
 use soilsig::spectrum::Spectrum;
 use soilsig::table::Table;
-use soilsig::{output, plot, report, signature};
+use soilsig::{plot, report, signature};
 
-use super::{Bands, print, usage};
+use super::{Bands, ChartFormat, print, spectrum_source, usage};
 
 /// Evaluates bounce tables: emissivity and radiance by band, without tracing again
 #[derive(clap::Args)]
@@ -23,7 +22,7 @@ pub struct Args {
     /// Chart to write as well: a .svg or .png file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
-    /// Another spectrum for a material: a shipped one's name, a CSV file or a number
+    /// Another spectrum for a material: a shipped one's name, a file, a number, or fresnel:CONSTANTS
     #[arg(long = "spectrum", value_name = "MATERIAL=SPECTRUM")]
     spectra: Vec<String>,
     /// Another temperature of the scene, K
@@ -35,7 +34,7 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Result<(), Error> {
     let wavelengths_um = args.bands.grid().wavelengths_um();
-    let format = args.plot.as_deref().map(Format::of);
+    let format = args.plot.as_deref().map(ChartFormat::of);
     let mut tables = Table::read_packings(&args.tables)?;
     let table = &mut tables[0];
     for given in &args.spectra {
@@ -46,7 +45,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
         let Some(material) = table.materials.iter_mut().find(|m| m.name == name) else {
             usage(&format!("the table has no material {name:?}, but {}", names.join(", ")));
         };
-        let spectrum = Spectrum::resolve(&source(text), Path::new(""))?;
+        let spectrum = Spectrum::resolve(&spectrum_source(text), Path::new(""))?;
         if spectrum.is_angular() != material.spectrum.is_angular() {
             usage(&format!(
                 "{given:?}: the paths were traced with {}, which sends them on in other ways; trace the scene again",
@@ -73,39 +72,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
             &[(&tables, &bands)],
             &versions,
         ))?;
-        match format {
-            Format::Svg => output::bytes(path, svg.as_bytes())?,
-            Format::Png => output::bytes(path, &plot::png(&svg, report::PIXELS_PER_UNIT)?)?,
-        }
+        format.write(&svg, path)?;
     }
     Ok(())
-}
-
-enum Format {
-    Svg,
-    Png,
-}
-
-impl Format {
-    fn of(path: &Path) -> Self {
-        let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-        match ending.as_str() {
-            "svg" => Self::Svg,
-            "png" => Self::Png,
-            _ => usage(&format!("{}: charts are written as .svg or .png", path.display())),
-        }
-    }
-}
-
-fn source(text: &str) -> SpectrumSource {
-    if let Ok(value) = text.parse::<f64>() {
-        if !(0.0..=1.0).contains(&value) {
-            usage(&format!("an emissivity of {value} is not within 0 to 1"));
-        }
-        SpectrumSource::Constant(value)
-    } else if Spectrum::builtin(text).is_ok() {
-        SpectrumSource::Builtin(text.to_owned())
-    } else {
-        SpectrumSource::File(text.into())
-    }
 }

@@ -84,7 +84,13 @@ impl fmt::Display for Spectrum {
                     p.title, p.rms, p.range_um[0], p.range_um[1]
                 )
             }
-            Self::Tabulated(points) => write!(f, "{}", points.file),
+            Self::Tabulated(points) => {
+                f.write_str(&points.file)?;
+                points
+                    .warnings
+                    .iter()
+                    .try_for_each(|warning| write!(f, " ({})", warning.in_short()))
+            }
             Self::Fresnel(name, crystal) => {
                 write!(f, "{name}, {}, specular facets (Fresnel)", crystal.title)
             }
@@ -176,7 +182,11 @@ impl Spectrum {
     pub fn covers(&self, wanted_um: [f64; 2]) -> Result<(), SpectrumError> {
         match self.range_um() {
             Some(held_um) if !(held_um[0] <= wanted_um[0] && wanted_um[1] <= held_um[1]) => {
-                Err(SpectrumError::Range { of: self.name().to_owned(), wanted_um, held_um })
+                let of = match self {
+                    Self::Tabulated(points) => &points.file,
+                    _ => self.name(),
+                };
+                Err(SpectrumError::Range { of: of.to_owned(), wanted_um, held_um })
             }
             _ => Ok(()),
         }

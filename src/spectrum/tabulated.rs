@@ -41,6 +41,18 @@ pub enum Warning {
     Coarse,
 }
 
+impl Warning {
+    /// In a few words, for captions.
+    pub fn in_short(&self) -> &'static str {
+        match self {
+            Self::Bidirectional(_) => "bidirectional: no emissivity in level",
+            Self::GeometryNotStated => "not known to be hemispherical",
+            Self::AngularWeights => "weights by angle left out",
+            Self::Coarse => "too coarse for quartz",
+        }
+    }
+}
+
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -110,7 +122,7 @@ pub(super) struct Row {
 
 impl Tabulated {
     /// Checks the rows of a file, in either order of wavelengths, and makes them a spectrum; only those
-    /// within `range_um`, where it is given.
+    /// that `range_um` needs, where it is given.
     pub(super) fn new(
         path: &Path,
         mut rows: Vec<Row>,
@@ -125,10 +137,13 @@ impl Tabulated {
         if let Some(row) = rows.iter().find(|row| !(row.um.is_finite() && row.um > 0.0)) {
             return Err(wrong(row.line, format!("{} is not a wavelength in um", row.um)));
         }
-        if let Some([from, to]) = range_um {
-            rows.retain(|row| (from..=to).contains(&row.um));
-        }
         rows.sort_by(|a, b| a.um.total_cmp(&b.um));
+        if let Some([from, to]) = range_um {
+            // With the neighbours of its ends, so that they can be interpolated.
+            let first = rows.partition_point(|row| row.um <= from).saturating_sub(1);
+            let end = rows.len().min(rows.partition_point(|row| row.um < to) + 1);
+            rows = rows.get(first..end).unwrap_or_default().to_vec();
+        }
         if let Some(pair) = rows.windows(2).find(|pair| pair[0].um == pair[1].um) {
             return Err(wrong(
                 pair[1].line,

@@ -48,7 +48,10 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
         ));
     }
     let mut spectrum = Tabulated::new(path, rows, quantity, reading.range_um)?;
-    spectrum.name = Some(get("name").1.to_owned());
+    // Samples of one mineral differ in size and number only.
+    let parts = ["name", "particle size", "sample no."].map(|key| get(key).1);
+    spectrum.name =
+        Some(parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" "));
     if quantity != Quantity::Emissivity {
         spectrum.warnings.extend(geometry(measurement));
     }
