@@ -1,4 +1,4 @@
-//! Whether a field is needed: what its patch alone, within mirror sides, gives in its place.
+//! Whether a field is needed: what its patch alone gives in its place.
 
 use serde::{Deserialize, Serialize};
 
@@ -28,17 +28,28 @@ pub struct InField {
     pub alone: Option<Alone>,
 }
 
-/// What the patch alone, within mirror sides, differs by.
+/// What the patch alone gives in place of the field.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Alone {
-    /// Its emissivity less that of the field, in the band where the field is least sure.
+    /// Within periodic sides, whose seams cut solids as those of the field do: where it gives the same, the field is
+    /// not needed.
+    pub periodic: Difference,
+    /// Within mirror sides, which have no seams: what the seams do.
+    pub mirror: Difference,
+}
+
+/// What an emissivity differs by from that of the field.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Difference {
+    /// It less that of the field, in the band where the field is least sure.
     pub difference: f64,
     /// Half-width of its 95 % interval: the noise of the rays; of several packings the spread between them.
     pub half_width: f64,
     /// The band, um.
     pub at_um: f64,
-    /// Whether the difference is within its interval of 0: then the field is not needed.
+    /// Whether the difference is within its interval of 0.
     pub same: bool,
 }
 
@@ -64,19 +75,26 @@ impl InField {
         let alone: Option<Vec<Alone>> =
             packings.iter().map(|table| table.field.as_ref()?.alone).collect();
         let Some(alone) = alone else { return Some(first) };
-        let differences: Vec<f64> = alone.iter().map(|a| a.difference).collect();
-        let difference = differences.iter().sum::<f64>() / differences.len() as f64;
-        let half_width = packings::half_width(&differences).unwrap_or(alone[0].half_width);
-        let alone = Alone::new(difference, half_width, alone[0].at_um);
+        let mean = |of: fn(&Alone) -> Difference| {
+            let differences: Vec<f64> = alone.iter().map(|a| of(a).difference).collect();
+            let difference = differences.iter().sum::<f64>() / differences.len() as f64;
+            let one = of(&alone[0]);
+            let half_width = packings::half_width(&differences).unwrap_or(one.half_width);
+            Difference::new(difference, half_width, one.at_um)
+        };
+        let alone =
+            Alone { periodic: mean(|alone| alone.periodic), mirror: mean(|alone| alone.mirror) };
         Some(Self { alone: Some(alone), ..first })
     }
 }
 
-impl Alone {
+impl Difference {
     fn new(difference: f64, half_width: f64, at_um: f64) -> Self {
         Self { difference, half_width, at_um, same: difference.abs() <= half_width }
     }
+}
 
+impl Alone {
     /// Traces the patch alone with as many paths as the field, which take the same random numbers: until they
     /// come to a side they are the same paths, so that the difference has less noise than either.
     pub(crate) fn trace(
@@ -89,13 +107,16 @@ impl Alone {
         let of = table.paths;
         let target = Target { exactly: Some(Part { first: 0, end: of, of }), ..target };
         let watch = Watch { progress: &|_, _| (), keep: &|_| Ok(()) };
-        let alone = tracer.within(Sides::Mirror);
-        let traced = stop::trace(&alone, course, table.seed, bands, target, None, &watch)?;
         let at_um = table.stop.widest_at_um;
         let band = table.stop.grid.wavelengths_um().iter().position(|um| *um == at_um);
         let reflectance = &bands[band.expect("it is a band of the grid")];
-        // What is not reflected is emitted.
-        let difference = table.histogram.less_weight(&Histogram::of(&traced.tally), reflectance);
-        Ok(Self::new(difference.mean, difference.half_width(), at_um))
+        let within = |sides| -> Result<Difference, Error> {
+            let alone = tracer.within(sides);
+            let traced = stop::trace(&alone, course, table.seed, bands, target, None, &watch)?;
+            // What is not reflected is emitted.
+            let less = table.histogram.less_weight(&Histogram::of(&traced.tally), reflectance);
+            Ok(Difference::new(less.mean, less.half_width(), at_um))
+        };
+        Ok(Self { periodic: within(Sides::Periodic)?, mirror: within(Sides::Mirror)? })
     }
 }

@@ -154,16 +154,27 @@ fn field_words(field: &InField) -> String {
         field.particles, field.particles_of_patch
     );
     if let Some(alone) = field.alone {
-        let verdict = if alone.same {
-            "the same within the error, so the field is not needed"
-        } else {
-            "more than the error. The copies' sides cut solids, which mirrors do not; a larger patch has less of that"
-        };
-        let _ = writeln!(
-            text,
-            "  its patch alone, within mirror sides, differs by {:.4} +- {:.4} at {} um: {verdict}",
-            alone.difference, alone.half_width, alone.at_um
-        );
+        for (sides, of, same, else_) in [
+            (
+                "periodic",
+                alone.periodic,
+                "the field is not needed",
+                "the field is needed, or the patch is too small",
+            ),
+            (
+                "mirror",
+                alone.mirror,
+                "its seams do not show",
+                "the field's seams cut grains, which mirrors do not; a larger patch has less of that",
+            ),
+        ] {
+            let verdict = if of.same { same } else { else_ };
+            let _ = writeln!(
+                text,
+                "  its patch alone within {sides} sides differs by {:.4} +- {:.4} at {} um: {verdict}",
+                of.difference, of.half_width, of.at_um
+            );
+        }
     }
     text
 }
