@@ -7,6 +7,9 @@
 //! of testing every triangle in double precision, to the last bit, whatever the trees, the order of
 //! the walk and the machine's vectors.
 
+// What is not inlined has not the machine's features of what it is called from (`lanes`).
+#![allow(clippy::inline_always)]
+
 mod lanes;
 mod tree;
 mod triangles;
@@ -15,12 +18,11 @@ mod walk;
 use std::cell::RefCell;
 
 use glam::{DAffine3, DVec3};
-use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
 use crate::geometry::{Bed, Mesh, Placement};
 use lanes::{Lanes, Work};
-use tree::{Tree, WIDTH};
+use tree::{Aabb, Tree, WIDTH};
 use triangles::{Block, Cull, Ray};
 use walk::{Slabs, Stack, walk};
 

@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use obvhs::BvhBuildParams;
-use obvhs::aabb::Aabb;
+pub use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2};
 
 /// Children of a node, and what a leaf may hold.
