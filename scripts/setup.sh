@@ -2,8 +2,9 @@
 # Installs what soilsig needs and this machine lacks; what it may not install it names in one line.
 #
 #   scripts/setup.sh run              a compiler, Rust, and a Blender with numpy
-#   scripts/setup.sh test [WITHOUT]   both kinds of Blender and a linter for the scripts besides;
-#                                     WITHOUT names kinds to leave out: blender, bpy
+#   scripts/setup.sh test [WITHOUT]   both kinds of Blender, Mitsuba and a linter for the scripts besides;
+#                                     WITHOUT names what to leave out: blender, bpy, mitsuba
+#   scripts/setup.sh bench            what `run` needs and Mitsuba
 set -eu
 cd "$(dirname "$0")/.."
 goal=$1
@@ -13,6 +14,7 @@ bpy='bpy==4.5.15'
 bpy_python='sys.version_info[:2] == (3, 11)'
 bpy_libraries='libx11-6 libxrender1 libxfixes3 libxi6 libxkbcommon0 libxext6 libsm6 libice6 libgl1'
 ruff='ruff==0.17.6'
+mitsuba='mitsuba==3.9.1'
 
 say() { printf 'setup: %s\n' "$*" >&2; }
 stop() { say "$*"; exit 1; }
@@ -98,6 +100,19 @@ is_left_out() {
     case " $without " in *" $1 "*) return 0 ;; *) return 1 ;; esac
 }
 
+# In a folder of its own: it has its own numpy.
+install_mitsuba() {
+    [ "$(.tools/mitsuba/bin/python -c 'import mitsuba; print(mitsuba.__version__)' 2>/dev/null)" = \
+        "${mitsuba#*==}" ] ||
+        { make_venv .tools/mitsuba 'sys.version_info >= (3, 9)' python3-venv &&
+            pip_install .tools/mitsuba "$mitsuba" && pip_install .tools/mitsuba numpy; }
+}
+
+setup_to_bench() {
+    setup_to_run
+    install_mitsuba || stop "no $mitsuba: it needs a Python with venv and a download by pip"
+}
+
 setup_to_test() {
     is_left_out blender || will_do --blender blender ||
         { install_blender && will_do --blender blender; } ||
@@ -105,13 +120,15 @@ setup_to_test() {
     is_left_out bpy || will_do --blender .venv/bin/python ||
         { install_bpy && will_do --blender .venv/bin/python; } ||
         stop "no $bpy to test with, it needs $lacks; or make test WITHOUT=bpy"
+    is_left_out mitsuba || install_mitsuba ||
+        stop "no $mitsuba to test with: it needs a Python with venv; or make test WITHOUT=mitsuba"
     [ "$(.tools/bin/ruff --version 2>/dev/null)" = "$(echo $ruff | sed 's/==/ /')" ] ||
         { make_venv .tools True python3-venv && pip_install .tools "$ruff"; } ||
         stop "no $ruff in .tools: it needs a Python with venv (on Debian: apt install python3-venv)"
 }
 
 case $goal in
-run | test) ;;
+run | test | bench) ;;
 *) stop "no such goal: $goal" ;;
 esac
 check_rust

@@ -51,7 +51,9 @@ def read_obj(path):
 
 
 def write_ply(path, triangles):
-    vertices, corners = np.unique(triangles.reshape(-1, 3).astype("<f4"), axis=0, return_inverse=True)
+    vertices, corners = np.unique(
+        triangles.reshape(-1, 3).astype("<f4"), axis=0, return_inverse=True
+    )
     faces = np.empty(len(triangles), dtype=[("n", "u1"), ("v", "<i4", 3)])
     faces["n"], faces["v"] = 3, corners.reshape(-1, 3)
     header = (
@@ -106,7 +108,10 @@ def build(job, folder):
     domain = placed["domain"]
     if domain["sides"] != "open":
         sys.exit(f"{path}: mirror sides have no equal in Mitsuba")
-    world = {"type": "scene", "sky": {"type": "constant", "radiance": {"type": "rgb", "value": 1.0}}}
+    world = {
+        "type": "scene",
+        "sky": {"type": "constant", "radiance": {"type": "rgb", "value": 1.0}},
+    }
     world["integrator"] = {"type": "path", "max_depth": MAX_DEPTH}
     world["integrator"]["rr_depth"] = job.get("rr_depth") or MAX_DEPTH
     for number, material in enumerate(scene["materials"]):
@@ -175,7 +180,9 @@ def main():
             # The last group is filled up with its last band.
             group = (bands[first : first + BANDS] + [bands[-1]] * BANDS)[:BANDS]
             for number, name in enumerate(materials):
-                params[f"material {name}.brdf_0.reflectance.value"] = [band[number] for band in group]
+                params[f"material {name}.brdf_0.reflectance.value"] = [
+                    band[number] for band in group
+                ]
             params.update()
             started_s = cpu_s()
             image = np.array(mi.render(scene, seed=seed * 1009 + first))

@@ -203,7 +203,7 @@ pub enum Shell {
 ///
 /// The facets of both are alike, so the ratio of their areas is that of the spheres.
 pub fn concentric_spheres(ratio: f64, seen: Shell) -> Bed {
-    let outer = ball_below(RADIUS_UM, 0.0, 256);
+    let outer = ball_below(RADIUS_UM, 0.0, 128);
     let inner_um = RADIUS_UM * ratio.sqrt();
     // The sensor looks down on the inner one's pole, or past its side.
     let mut domain = window(50.0, (RADIUS_UM + inner_um) / 2.0);

@@ -11,11 +11,11 @@ use soilsig::tracer::Tracer;
 /// The standard error of every check.
 const STANDARD_ERROR: f64 = 1e-4;
 
-/// Weight below which paths end: it may hide a thousandth of what is allowed.
-const LEAST_WEIGHT: f64 = 2e-7;
+/// Weight below which paths end: it may hide a hundredth of what is allowed.
+const LEAST_WEIGHT: f64 = 1e-6;
 
 /// Paths after which the standard error is looked at first; then they are doubled.
-const LEAST: u64 = 1 << 18;
+const LEAST: u64 = 1 << 17;
 
 /// Directions over a hemisphere. What is seen from them changes without a jump, so that the midpoint rule errs by
 /// the order of their number to the power of -2.
