@@ -61,6 +61,7 @@ impl Course {
 
     /// Gives paths up whose weight is below `least_weight` in each of the bands, which are given as a reflectance for
     /// each symbol.
+    #[must_use]
     pub fn ending_below(mut self, least_weight: f64, bands: &[Vec<f64>]) -> Self {
         for (symbol, greatest) in self.greatest.iter_mut().enumerate() {
             *greatest = bands.iter().map(|band| band[symbol]).fold(0.0, f64::max);
