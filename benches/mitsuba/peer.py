@@ -1,4 +1,4 @@
-"""A placed scene of soilsig in Mitsuba 3: the same meshes in the same places, the same rays from the sensor.
+"""A placed scene of soilsig in Mitsuba 3: the same meshes in the same places, seen alike.
 
 Reads a job from standard input, one JSON object:
 
@@ -11,18 +11,20 @@ Reads a job from standard input, one JSON object:
     seeds         a render for each
     rr_depth      bounces after which Mitsuba may end paths by Russian roulette; absent: never
 
-Writes a line for each render: the mean over the film of the light of a sky of radiance 1, for each band (one less the
-bed's emissivity, by reciprocity), CPU seconds of rendering alone, and at the end the peak memory.
+Writes a line for each render: the mean over the film of the light of a sky of radiance 1, for each
+band, and the CPU seconds of rendering alone; at the end the peak memory. The mean is one less the
+bed's emissivity (Kirchhoff).
 """
 
 import json
 import resource
 import sys
 import tempfile
+from itertools import pairwise
 from pathlib import Path
 
-import numpy as np
 import mitsuba as mi
+import numpy as np
 
 mi.set_variant("scalar_rgb")  # one path at a time with three bands; Embree finds its hits
 
@@ -45,7 +47,7 @@ def read_obj(path):
         elif key == "f":
             corners = [int(word.split("/")[0]) - 1 for word in words]
             faces = objects.setdefault(name, {}).setdefault(material, [])
-            faces.extend([corners[0], b, c] for b, c in zip(corners[1:], corners[2:]))
+            faces.extend([corners[0], b, c] for b, c in pairwise(corners[1:]))
     points = np.array(points)
     return {o: {m: points[np.array(f)] for m, f in parts.items()} for o, parts in objects.items()}
 
@@ -71,14 +73,18 @@ def to_sensor(zenith_deg, azimuth_deg):
 
 
 def sensor(domain, top_um, bottom_um, to, job):
-    """The rectangle across the line of sight that covers the domain's box, as `Footprint` in src/field.rs."""
+    """The rectangle across the line of sight that covers the domain's box: `Footprint` in
+    src/field.rs."""
     low = np.array([*domain["min_um"], bottom_um])
     high = np.array([*domain["max_um"], top_um])
     level = np.cross([0, 0, 1], to)
     length = np.linalg.norm(level)
     right = level / length if length > 1e-9 else np.array([1.0, 0, 0])
     up = np.cross(to, right)
-    reach = lambda axis: np.dot(high - low, np.abs(axis)) / 2
+
+    def reach(axis):
+        return np.dot(high - low, np.abs(axis)) / 2
+
     # Far enough off to be above all that stands beyond the domain.
     away = 4 * (np.linalg.norm(high - low) + top_um - bottom_um) / max(to[2], 0.1)
     columns = [reach(right) * right, reach(up) * up, -to, (low + high) / 2 + away * to]

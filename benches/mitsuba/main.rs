@@ -1,0 +1,249 @@
+//! CPU time that we and Mitsuba 3 take to the same standard error, on the same bed in the same view, one thread
+//! each. `benches/mitsuba/run.sh` starts it.
+//!
+//! What counts is CPU seconds times the square of the standard error: it does not depend on how many paths were
+//! taken. Reading meshes and building trees count for neither side. Of Mitsuba a few groups of bands are rendered, and
+//! all 651 take as many times as long as there are groups of four, though a render gives three: so whatever a
+//! render of four bands would take, it is not slower here. It ends paths by Russian roulette as it does by default;
+//! without, it takes about twice as long.
+
+use std::error::Error;
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use nix::time::{ClockId, clock_gettime};
+use serde_json::{Value, json};
+use soilsig::course::Course;
+use soilsig::histogram::{Histogram, Mean};
+use soilsig::scene::Scene;
+use soilsig::signature::Grid;
+use soilsig::stop::{self, Target, Watch};
+use soilsig::trace;
+use soilsig::tracer::Tracer;
+
+/// Runs of each, in turns.
+const RUNS: u64 = 5;
+/// Half-width that ours go to in each run.
+const TOLERANCE: f64 = 0.002;
+/// Half-width of the reference.
+const REFERENCE_TOLERANCE: f64 = 0.0006;
+/// Renders of Mitsuba in each run: their spread is its standard error.
+const SEEDS: u64 = 8;
+const PIXELS: u64 = 64;
+const SAMPLES: u64 = 8;
+/// Groups of four that 651 bands make.
+const GROUPS: f64 = 163.0;
+/// Bands that Mitsuba renders in place of all, three at a time, um.
+const BANDS_UM: [f64; 12] = [7.6, 8.2, 8.5, 8.62, 8.95, 9.2, 9.6, 10.5, 11.5, 12.3, 12.65, 13.5];
+const ONE_BAND_UM: f64 = 9.0;
+
+type Done<T> = Result<T, Box<dyn Error>>;
+
+/// Our tracer and the scene it is made from.
+struct Ours {
+    tracer: Tracer,
+    scene: Scene,
+    materials: Vec<soilsig::table::TableMaterial>,
+    path: String,
+}
+
+impl Ours {
+    fn bands(&self, wavelengths_um: &[f64]) -> Done<Vec<Vec<f64>>> {
+        let kept = self.course().kept;
+        Ok(trace::bands(&self.materials, kept, wavelengths_um, Path::new(&self.path))?)
+    }
+
+    fn course(&self) -> Course {
+        let spectra: Vec<_> = self.materials.iter().map(|m| &m.spectrum).collect();
+        Course::new(&self.scene, &spectra)
+    }
+
+    /// CPU seconds, and the weight in each of the bands that are `asked` for, of a trace that serves `bands`.
+    fn run(
+        &self,
+        bands: &[Vec<f64>],
+        asked: &[Vec<f64>],
+        seed: u64,
+        tolerance: f64,
+    ) -> Done<(f64, Vec<Mean>)> {
+        let target = Target::of(tolerance);
+        let watch = Watch { progress: &|_, _| (), keep: &|_| Ok(()) };
+        let started_s = cpu_s();
+        let course = self.course().ending_below(target.least_weight(), bands);
+        let traced = stop::trace(&self.tracer, &course, seed, bands, target, None, &watch)?;
+        let histogram = Histogram::of(&traced.tally);
+        let means = asked.iter().map(|rho| histogram.weight(rho)).collect();
+        Ok((cpu_s() - started_s, means))
+    }
+}
+
+/// The standard error with what trapped paths leave open, as ours state it.
+fn error(mean: &Mean) -> f64 {
+    mean.half_width() / soilsig::histogram::T_95
+}
+
+fn cpu_s() -> f64 {
+    let now = clock_gettime(ClockId::CLOCK_PROCESS_CPUTIME_ID).expect("a clock");
+    now.tv_sec() as f64 + now.tv_nsec() as f64 * 1e-9
+}
+
+fn peak_memory_mb() -> Done<f64> {
+    let status = fs::read_to_string("/proc/self/status")?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:")).ok_or("no VmHWM")?;
+    Ok(line.split_whitespace().nth(1).ok_or("no number")?.parse::<f64>()? / 1024.0)
+}
+
+/// The scene with open sides: the sensor sees the domain, and the bed beyond it stands.
+fn open(scene: &str, to: &str) -> Done<()> {
+    let mut json: Value = serde_json::from_str(&fs::read_to_string(scene)?)?;
+    let folder = fs::canonicalize(Path::new(scene).parent().ok_or("no folder")?)?;
+    let placed = &mut json["geometry"]["placed"];
+    placed["domain"]["sides"] = "open".into();
+    for prototype in placed["prototypes"].as_array_mut().ok_or("no prototypes")? {
+        let file = folder.join(prototype["file"].as_str().ok_or("no file")?);
+        prototype["file"] = file.display().to_string().into();
+    }
+    Ok(fs::write(to, json.to_string())?)
+}
+
+/// What Mitsuba's renders gave: CPU seconds of each, means by render and band, peak memory in MB.
+struct Theirs {
+    cpu_s: Vec<f64>,
+    means: Vec<Vec<f64>>,
+    peak_memory_mb: f64,
+}
+
+fn theirs(python: &str, ours: &Ours, reflectances: &[Vec<f64>], run: u64) -> Done<Theirs> {
+    let job = json!({
+        "scene": ours.path, "zenith_deg": ours.scene.view.zenith_deg,
+        "azimuth_deg": ours.scene.view.azimuth_deg, "reflectances": reflectances,
+        "pixels": PIXELS, "samples": SAMPLES, "rr_depth": 5,
+        "seeds": (SEEDS * run..SEEDS * (run + 1)).collect::<Vec<_>>(),
+    });
+    let mut child = Command::new(python)
+        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/mitsuba/peer.py"))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()?;
+    child.stdin.take().ok_or("no pipe")?.write_all(job.to_string().as_bytes())?;
+    let output = child.wait_with_output()?;
+    if !output.status.success() {
+        return Err(format!("Mitsuba: {}", output.status).into());
+    }
+    let mut theirs = Theirs { cpu_s: Vec::new(), means: Vec::new(), peak_memory_mb: 0.0 };
+    for line in String::from_utf8(output.stdout)?.lines() {
+        let render: Value = serde_json::from_str(line)?;
+        if let Some(peak) = render["peak_memory_mb"].as_f64() {
+            theirs.peak_memory_mb = peak;
+        } else {
+            theirs.cpu_s.push(render["cpu_s"].as_f64().ok_or("no time")?);
+            theirs.means.push(serde_json::from_value(render["means"].clone())?);
+        }
+    }
+    Ok(theirs)
+}
+
+/// Mean and variance.
+fn moments(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let n = values.clone().count() as f64;
+    let mean = values.clone().sum::<f64>() / n;
+    (mean, values.map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0))
+}
+
+/// CPU seconds of a render, times the variance of its mean: in the mean over its bands.
+fn cost(theirs: &Theirs) -> (f64, f64) {
+    let bands = theirs.means[0].len();
+    let (cpu_s, _) = moments(theirs.cpu_s.iter().copied());
+    let variances = (0..bands).map(|band| moments(theirs.means.iter().map(move |m| m[band])).1);
+    (cpu_s, variances.sum::<f64>() / bands as f64)
+}
+
+fn median(mut values: Vec<f64>) -> String {
+    values.sort_by(f64::total_cmp);
+    let (least, most) = (values[0], values[values.len() - 1]);
+    format!("{:.3e} ({least:.3e}-{most:.3e})", values[values.len() / 2])
+}
+
+fn root_mean_square(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let n = values.clone().count() as f64;
+    (values.map(|v| v * v).sum::<f64>() / n).sqrt()
+}
+
+fn main() -> Done<()> {
+    let args: Vec<String> = std::env::args().skip(1).filter(|arg| arg != "--bench").collect();
+    let [scene, python, open_scene] = &args[..] else {
+        return Err("give a placed scene, the Python with Mitsuba, and where to write".into());
+    };
+    rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
+    open(scene, open_scene)?;
+    let path = Path::new(open_scene);
+    let scene = Scene::read(path)?;
+    let tracer = trace::tracer(&scene, path)?;
+    let materials = trace::materials(&scene, path)?;
+    let ours = Ours { tracer, scene, materials, path: open_scene.clone() };
+    let all = ours.bands(&Grid::PAPER.wavelengths_um())?;
+    let some = ours.bands(&BANDS_UM)?;
+    let one = ours.bands(&[ONE_BAND_UM])?;
+    // Mitsuba gives three bands whatever is asked.
+    let thrice = vec![one[0].clone(); 3];
+
+    let few = [&some[..], &one].concat();
+    let (_, exact) = ours.run(&few, &few, 1000, REFERENCE_TOLERANCE)?;
+    let (exact_one, exact) = exact.split_last().ok_or("no band")?;
+    let (mut ratios_all, mut ratios_one) = (Vec::new(), Vec::new());
+    let (mut cost_all, mut cost_one) = ([vec![], vec![]], [vec![], vec![]]);
+    let (mut off, mut off_one, mut stated) = ([vec![], vec![]], [vec![], vec![]], vec![]);
+    let mut their_peak_mb = 0.0_f64;
+    for run in 1..=RUNS {
+        let (cpu_s, means) = ours.run(&all, &[&all[..], &some].concat(), run, TOLERANCE)?;
+        let widest = means.iter().map(error).fold(0.0, f64::max);
+        cost_all[0].push(cpu_s * widest.powi(2));
+        let means = &means[all.len()..];
+        off[0].extend(means.iter().zip(exact).map(|(mean, exact)| mean.mean - exact.mean));
+        stated.extend(means.iter().map(|mean| mean.standard_error));
+        let (cpu_s, means) = ours.run(&one, &one, run, TOLERANCE)?;
+        cost_one[0].push(cpu_s * error(&means[0]).powi(2));
+        off_one[0].push(means[0].mean - exact_one.mean);
+        let renders = theirs(python, &ours, &some, run)?;
+        let (cpu_s, variance) = cost(&renders);
+        cost_all[1].push(cpu_s / (BANDS_UM.len() as f64 / 3.0) * GROUPS * variance);
+        let mean_of = |band: usize| moments(renders.means.iter().map(move |m| m[band])).0;
+        off[1].extend(exact.iter().enumerate().map(|(band, exact)| mean_of(band) - exact.mean));
+        their_peak_mb = their_peak_mb.max(renders.peak_memory_mb);
+        let renders = theirs(python, &ours, &thrice, RUNS + run)?;
+        let (cpu_s, variance) = cost(&renders);
+        cost_one[1].push(cpu_s * variance);
+        off_one[1].push(moments(renders.means.iter().map(|m| m[0])).0 - exact_one.mean);
+
+        let last = |costs: &[Vec<f64>; 2]| costs[1].last().zip(costs[0].last()).map(|(m, o)| m / o);
+        ratios_all.extend(last(&cost_all));
+        ratios_one.extend(last(&cost_one));
+    }
+    println!(
+        "medians (and range) of {RUNS} runs in turns; costs are CPU s x squared standard error\n"
+    );
+    println!("| | all 651 bands | one band, {ONE_BAND_UM} um |\n|---|---|---|");
+    println!(
+        "| ours, in the widest band | {} | {} |",
+        median(cost_all[0].clone()),
+        median(cost_one[0].clone())
+    );
+    println!("| Mitsuba | {} | {} |", median(cost_all[1].clone()), median(cost_one[1].clone()));
+    println!("| Mitsuba : ours | {} | {} |", median(ratios_all), median(ratios_one));
+    println!(
+        "| error against the reference (+-{:.5}), ours | {:.5}, stated {:.5} | {:.5} |",
+        exact_one.standard_error,
+        root_mean_square(off[0].iter().copied()),
+        root_mean_square(stated.iter().copied()),
+        root_mean_square(off_one[0].iter().copied()),
+    );
+    println!(
+        "| the same, Mitsuba, mean of {SEEDS} renders | {:.5} | {:.5} |",
+        root_mean_square(off[1].iter().copied()),
+        root_mean_square(off_one[1].iter().copied()),
+    );
+    println!("| peak memory, MB | ours {:.0} | Mitsuba {their_peak_mb:.0} |", peak_memory_mb()?);
+    Ok(())
+}
