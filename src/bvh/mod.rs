@@ -364,6 +364,17 @@ mod tests {
                     }
                     _ => 2.0 * extent_um * point(random),
                 };
+                if i % 2 == 0 {
+                    // At an edge, or at a corner: which side of it the ray passes is for doubles to say.
+                    let place = &bed.placements[(random.pair()[0] * 40.0) as usize];
+                    let mesh = &bed.meshes[place.mesh];
+                    let number = (random.pair()[0] * mesh.triangles.len() as f64) as usize;
+                    let [a, b, _] =
+                        mesh.triangles[number].map(|i| mesh.vertices[i as usize].as_dvec3());
+                    let share = if i % 8 == 0 { 0.0 } else { random.pair()[0] };
+                    let at = place.to_scene.transform_point3(a.lerp(b, share));
+                    direction = (at - origin).normalize();
+                }
                 let t_max = if i % 5 == 0 { extent_um } else { f64::INFINITY };
                 let found = accelerator.closest(origin, direction, t_max);
                 let expected = every(&bed, origin, direction, t_max);
