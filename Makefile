@@ -5,7 +5,7 @@ COVERAGE = sparse
 # What `make test` leaves out, where it cannot be had: blender, bpy, mitsuba.
 WITHOUT =
 
-.PHONY: help run test lint setup bench packings clean
+.PHONY: help run test lint setup bench intervals scale packings clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -31,8 +31,17 @@ lint:
 	.tools/bin/ruff check
 	.tools/bin/ruff format --check
 
-bench: setup ## time the pipeline and its stages (docs/performance.md)
+bench: setup ## time the pipeline, and the tracer beside Embree and Mitsuba (docs/performance.md)
 	cargo bench --bench stages
+	benches/embree/run.sh
+	benches/mitsuba/run.sh
+
+intervals: ## count how often the 95 % intervals hold the truth (docs/tracer.md)
+	cargo bench --bench intervals
+
+scale: setup ## chart what fields of 10^4 to 10^9 particles cost (docs/tracer.md)
+	cargo run --release -- pipeline --coverage sparse
+	python3 scripts/scale.py target/release/soilsig out/sparse/scene.json
 
 packings: setup ## measure what packings differ by, and what is left of the tray (docs/geometry.md)
 	cargo build --release
