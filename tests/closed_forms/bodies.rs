@@ -66,8 +66,8 @@ fn window(half_um: f64, z_um: f64) -> Domain {
 
 /// A part of a profile without end along y and, with its mirror images, along x.
 fn profile(width_um: f64, height_um: f64) -> Domain {
-    let max_um = DVec3::new(width_um, 1000.0, height_um);
-    Domain { min_um: DVec3::ZERO, max_um, sides: Sides::Mirror, patches: [1, 1], floor: None }
+    let (min_um, max_um) = (DVec3::NEG_Z, DVec3::new(width_um, 1000.0, height_um));
+    Domain { min_um, max_um, sides: Sides::Mirror, patches: [1, 1], floor: None }
 }
 
 const RADIUS_UM: f64 = 1000.0;
@@ -223,14 +223,17 @@ pub fn concentric_spheres(ratio: f64, seen: Shell) -> Bed {
     surface.seen_in(domain, 2)
 }
 
-/// Grooves side by side of an opening angle: half of one, which its mirror images make whole.
+/// Grooves side by side of an opening angle: one of them, and its mirror images.
 pub fn v_grooves(angle_deg: f64) -> Bed {
-    let (width, height) = (RADIUS_UM, RADIUS_UM / (angle_deg / 2.0).to_radians().tan());
+    let (half_um, height_um) = (RADIUS_UM, RADIUS_UM / (angle_deg / 2.0).to_radians().tan());
     let mut surface = Surface::default();
-    // A little beyond the mirrors, so that nothing slips by.
-    let at = |share: f64, y: f64| DVec3::new(share * width, y, share * height);
-    surface.quad([at(-0.01, -10.0), at(1.01, -10.0), at(1.01, 1010.0), at(-0.01, 1010.0)], 0);
-    surface.seen_in(profile(width, height), 1)
+    for side in [-1.0, 1.0] {
+        // From the bottom to a little beyond the mirror, so that nothing slips by.
+        let at =
+            |share: f64, y: f64| DVec3::new(half_um * (1.0 + side * share), y, share * height_um);
+        surface.quad([at(0.0, -10.0), at(1.01, -10.0), at(1.01, 1010.0), at(0.0, 1010.0)], 0);
+    }
+    surface.seen_in(profile(2.0 * half_um, height_um), 1)
 }
 
 /// Grooves side by side of a depth in widths, with walls without thickness between them.
