@@ -18,18 +18,25 @@ pub struct Node {
     pub children: [Child; WIDTH],
 }
 
-/// Number of an inner node, or number of a leaf and how many it holds.
+/// Number of an inner node; or of a leaf's block, its first slot and how many it holds.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Child(pub u32);
 
 impl Child {
     pub const ROOT: Self = Self(0);
     const LEAF: u32 = 1 << 31;
-    const NUMBER_BITS: u32 = 28;
+    const NUMBER_BITS: u32 = 25;
+    const FIRST: u32 = 28;
 
-    fn leaf(number: usize, holds: usize) -> Self {
-        assert!(number < 1 << Self::NUMBER_BITS, "more leaves than a mesh can have");
-        Self(Self::LEAF | ((holds - 1) as u32) << Self::NUMBER_BITS | number as u32)
+    fn node(number: usize) -> Self {
+        assert!(number < 1 << Self::NUMBER_BITS, "more triangles than memory holds");
+        Self(number as u32)
+    }
+
+    fn leaf(number: usize, first: usize, holds: usize) -> Self {
+        let Self(number) = Self::node(number);
+        let (first, holds) = ((first as u32) << Self::FIRST, (holds - 1) as u32);
+        Self(Self::LEAF | first | holds << Self::NUMBER_BITS | number)
     }
 
     #[inline(always)]
@@ -37,7 +44,7 @@ impl Child {
         self.0 & Self::LEAF != 0
     }
 
-    /// Number of the leaf or node.
+    /// Number of the node or block.
     #[inline(always)]
     pub fn number(self) -> usize {
         (self.0 & ((1 << Self::NUMBER_BITS) - 1)) as usize
@@ -46,7 +53,7 @@ impl Child {
     /// A bit for each thing that the leaf holds.
     #[inline(always)]
     pub fn held(self) -> u32 {
-        0xff >> (7 - (self.0 >> Self::NUMBER_BITS & 7))
+        0xff >> (7 - (self.0 >> Self::NUMBER_BITS & 7)) << (self.0 >> Self::FIRST & 7)
     }
 }
 
@@ -57,19 +64,21 @@ pub struct Tree(pub Vec<Node>);
 const NODE_COST: f32 = 1.0;
 
 impl Tree {
-    /// Builds a tree over boxes; calls `leaf` for each leaf in the order of their numbers with those that it
-    /// holds, at most `per_leaf`.
-    pub fn new(boxes: &[Aabb], per_leaf: usize, mut leaf: impl FnMut(&[u32])) -> Self {
+    /// Builds a tree over boxes; calls `block` with what stands in each block, in the order of their
+    /// numbers, at most `per_block`. Leaves that fit share a block: most are smaller, and those next
+    /// to each other are met by the same rays.
+    pub fn new(boxes: &[Aabb], per_block: usize, mut block: impl FnMut(&[u32])) -> Self {
         let mut nodes = vec![Node::EMPTY];
         if boxes.is_empty() {
             return Self(nodes);
         }
         let settings = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::medium_build() };
         let binary = build_bvh2(boxes, settings, &mut Duration::default());
-        let costs = Costs::new(&binary, per_leaf);
-        let mut leaves = 0;
+        let costs = Costs::new(&binary, per_block);
+        let mut blocks = 0;
         let mut open = vec![(0, 0)];
-        let (mut children, mut members) = (Vec::with_capacity(WIDTH), Vec::with_capacity(WIDTH));
+        let (mut children, mut members) =
+            (Vec::with_capacity(WIDTH), Vec::with_capacity(2 * WIDTH));
         while let Some((from, into)) = open.pop() {
             children.clear();
             if costs.is_leaf(from) {
@@ -84,17 +93,24 @@ impl Tree {
                     nodes[into].planes[axis + 3][slot] = aabb.max[axis];
                 }
                 nodes[into].children[slot] = if costs.is_leaf(child) {
-                    members.clear();
+                    let mut first = members.len();
                     costs.members(child, &mut members);
-                    leaf(&members);
-                    leaves += 1;
-                    Child::leaf(leaves - 1, members.len())
+                    if members.len() > per_block {
+                        block(&members[..first]);
+                        blocks += 1;
+                        members.drain(..first);
+                        first = 0;
+                    }
+                    Child::leaf(blocks, first, members.len() - first)
                 } else {
                     nodes.push(Node::EMPTY);
                     open.push((child, nodes.len() - 1));
-                    Child((nodes.len() - 1) as u32)
+                    Child::node(nodes.len() - 1)
                 };
             }
+        }
+        if !members.is_empty() {
+            block(&members);
         }
         Self(nodes)
     }
