@@ -28,10 +28,15 @@ impl Child {
     const NUMBER_BITS: u32 = 25;
     const FIRST: u32 = 28;
 
+    fn node(number: usize) -> Self {
+        assert!(number < 1 << Self::NUMBER_BITS, "more triangles than memory holds");
+        Self(number as u32)
+    }
+
     fn leaf(number: usize, first: usize, holds: usize) -> Self {
-        assert!(number < 1 << Self::NUMBER_BITS, "more leaves than a mesh can have");
+        let Self(number) = Self::node(number);
         let (first, holds) = ((first as u32) << Self::FIRST, (holds - 1) as u32);
-        Self(Self::LEAF | first | holds << Self::NUMBER_BITS | number as u32)
+        Self(Self::LEAF | first | holds << Self::NUMBER_BITS | number)
     }
 
     #[inline(always)]
@@ -100,7 +105,7 @@ impl Tree {
                 } else {
                     nodes.push(Node::EMPTY);
                     open.push((child, nodes.len() - 1));
-                    Child((nodes.len() - 1) as u32)
+                    Child::node(nodes.len() - 1)
                 };
             }
         }
