@@ -16,15 +16,16 @@ mod triangles;
 mod walk;
 
 use std::cell::RefCell;
+use std::marker::PhantomData;
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use crate::geometry::{Bed, Mesh, Placement};
 use lanes::{Lanes, Work};
-use tree::{Aabb, Tree, WIDTH};
+use tree::{Aabb, Child, Tree, WIDTH};
 use triangles::{Block, Cull, Ray};
-use walk::{Slabs, Stack, walk};
+use walk::{AtLeaf, Slabs, Stack, walk};
 
 /// The two levels over all placed meshes of a bed.
 pub struct Accelerator {
@@ -144,22 +145,37 @@ impl Work for InBed<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> Hit {
         let Self { accelerator, origin, direction, t_max, stack } = self;
-        let Accelerator { meshes, instances, top, middle, reach } = accelerator;
         let mut best = Hit::none(t_max);
-        let from_middle = origin - middle;
-        let reach = reach.max(above(from_middle.abs().max_element()));
+        let from_middle = origin - accelerator.middle;
+        let reach = accelerator.reach.max(above(from_middle.abs().max_element()));
         let slabs = Slabs::<L>::new(from_middle, direction, reach);
-        walk(top, &slabs, above(t_max), stack, |leaf, entered, stack| {
-            let instance = &instances[leaf.number()];
-            let ray = Ray::new(
-                instance.to_mesh.transform_point3(origin),
-                instance.to_mesh.transform_vector3(direction),
-            );
-            let mesh = &meshes[instance.mesh];
-            mesh.nearest::<L>(&ray, entered, instance.placement, &mut best, stack);
-            above(best.t)
-        });
+        let lanes = PhantomData::<L>;
+        let at = AtInstance { accelerator, origin, direction, best: &mut best, lanes };
+        walk(&accelerator.top, &slabs, above(t_max), stack, at);
         best
+    }
+}
+
+/// A leaf of the upper tree: looks for a hit on its mesh.
+struct AtInstance<'a, L> {
+    accelerator: &'a Accelerator,
+    origin: DVec3,
+    direction: DVec3,
+    best: &'a mut Hit,
+    lanes: PhantomData<L>,
+}
+
+impl<L: Lanes> AtLeaf for AtInstance<'_, L> {
+    #[inline(always)]
+    fn meet(&mut self, leaf: Child, entered: f32, stack: &mut Stack) -> f32 {
+        let instance = &self.accelerator.instances[leaf.number()];
+        let ray = Ray::new(
+            instance.to_mesh.transform_point3(self.origin),
+            instance.to_mesh.transform_vector3(self.direction),
+        );
+        let mesh = &self.accelerator.meshes[instance.mesh];
+        mesh.nearest::<L>(&ray, entered, instance.placement, self.best, stack);
+        above(self.best.t)
     }
 }
 
@@ -240,24 +256,42 @@ impl MeshTree {
         let reach = self.reach.max(above(origin.abs().max_element()));
         let slabs = Slabs::<L>::new(origin, ray.direction, reach);
         let cull = Cull::<L>::new(ray, origin, reach);
-        let mut t_max = above(best.t - start);
-        walk(&self.tree, &slabs, t_max, stack, |leaf, _, _| {
-            let block = &self.blocks[leaf.number()];
-            let mut met = cull.meet(block, leaf, t_max);
-            while met != 0 {
-                let (number, corners) = block.triangle(met.trailing_zeros() as usize);
-                met &= met - 1;
-                if let Some(met) = ray.meet(corners) {
-                    let triangle = number as usize;
-                    let first = (placement, triangle) < (best.placement, best.triangle);
-                    if met.t < best.t || met.t == best.t && first {
-                        *best = Hit { t: met.t, placement, triangle, weights: met.weights() };
-                        t_max = above(met.t - start);
-                    }
+        let t_max = above(best.t - start);
+        let at = AtBlock { mesh: self, ray, cull, start, placement, best, t_max };
+        walk(&self.tree, &slabs, t_max, stack, at);
+    }
+}
+
+/// A leaf of a mesh's tree: looks for a hit on its triangles.
+struct AtBlock<'a, L> {
+    mesh: &'a MeshTree,
+    ray: &'a Ray,
+    cull: Cull<L>,
+    start: f64,
+    placement: usize,
+    best: &'a mut Hit,
+    t_max: f32,
+}
+
+impl<L: Lanes> AtLeaf for AtBlock<'_, L> {
+    #[inline(always)]
+    fn meet(&mut self, leaf: Child, _: f32, _: &mut Stack) -> f32 {
+        let (placement, best) = (self.placement, &mut *self.best);
+        let block = &self.mesh.blocks[leaf.number()];
+        let mut met = self.cull.meet(block, leaf, self.t_max);
+        while met != 0 {
+            let (number, corners) = block.triangle(met.trailing_zeros() as usize);
+            met &= met - 1;
+            if let Some(met) = self.ray.meet(corners) {
+                let triangle = number as usize;
+                let first = (placement, triangle) < (best.placement, best.triangle);
+                if met.t < best.t || met.t == best.t && first {
+                    *best = Hit { t: met.t, placement, triangle, weights: met.weights() };
+                    self.t_max = above(met.t - self.start);
                 }
             }
-            t_max
-        });
+        }
+        self.t_max
     }
 }
 

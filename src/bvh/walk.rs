@@ -86,6 +86,14 @@ fn cross<L: Lanes>(node: &Node, plane: usize, inverse: L, along: L) -> L {
     L::load(&node.planes[plane % 6]).mul_sub(inverse, along)
 }
 
+/// What is done at a leaf that a ray enters at some distance; says how far the ray still reaches.
+///
+/// To be inlined, so that it has the features of what it is inlined into: a closure would not be where there are
+/// several walks, and every operation on lanes in it would become a call.
+pub trait AtLeaf {
+    fn meet(&mut self, leaf: Child, entered: f32, stack: &mut Stack) -> f32;
+}
+
 /// Calls `leaf` with the leaves that the ray meets and where it enters them; `leaf` returns the ray's
 /// new end. What stands on the stack stays there.
 #[inline(always)]
@@ -94,7 +102,7 @@ pub fn walk<L: Lanes>(
     slabs: &Slabs<L>,
     mut t_max: f32,
     stack: &mut Stack,
-    mut leaf: impl FnMut(Child, f32, &mut Stack) -> f32,
+    mut leaf: impl AtLeaf,
 ) {
     let base = stack.used;
     let mut used = base;
@@ -141,7 +149,7 @@ pub fn walk<L: Lanes>(
         }
         if current.is_leaf() {
             stack.used = used;
-            t_max = leaf(current, entered, stack);
+            t_max = leaf.meet(current, entered, stack);
         }
         loop {
             if used == base {
