@@ -30,9 +30,9 @@ const TOLERANCE: f64 = 0.002;
 /// Half-width of the reference.
 const REFERENCE_TOLERANCE: f64 = 0.0006;
 /// Renders of Mitsuba in each run: their spread is its standard error.
-const SEEDS: u64 = 8;
+const SEEDS: u64 = 32;
 const PIXELS: u64 = 64;
-const SAMPLES: u64 = 8;
+const SAMPLES: u64 = 2;
 /// Groups of four that 651 bands make.
 const GROUPS: f64 = 163.0;
 /// Bands that Mitsuba renders in place of all, three at a time, um.
