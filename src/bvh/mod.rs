@@ -22,9 +22,9 @@ use rayon::prelude::*;
 
 use crate::geometry::{Bed, Mesh, Placement};
 use lanes::{Lanes, Work};
-use tree::{Aabb, Tree, WIDTH};
+use tree::{Aabb, Child, Tree, WIDTH};
 use triangles::{Block, Cull, Ray};
-use walk::{Slabs, Stack, walk};
+use walk::{Slabs, Stack, Visit, walk};
 
 /// The two levels over all placed meshes of a bed.
 pub struct Accelerator {
@@ -149,7 +149,7 @@ impl Work for InBed<'_> {
         let from_middle = origin - middle;
         let reach = reach.max(above(from_middle.abs().max_element()));
         let slabs = Slabs::<L>::new(from_middle, direction, reach);
-        walk(top, &slabs, above(t_max), stack, |leaf, entered, stack| {
+        walk(top, &slabs, above(t_max), stack, |leaf: Child, entered: f32, stack: &mut Stack| {
             let instance = &instances[leaf.number()];
             let ray = Ray::new(
                 instance.to_mesh.transform_point3(origin),
@@ -240,24 +240,41 @@ impl MeshTree {
         let reach = self.reach.max(above(origin.abs().max_element()));
         let slabs = Slabs::<L>::new(origin, ray.direction, reach);
         let cull = Cull::<L>::new(ray, origin, reach);
-        let mut t_max = above(best.t - start);
-        walk(&self.tree, &slabs, t_max, stack, |leaf, _, _| {
-            let block = &self.blocks[leaf.number()];
-            let mut met = cull.meet(block, leaf, t_max);
-            while met != 0 {
-                let (number, corners) = block.triangle(met.trailing_zeros() as usize);
-                met &= met - 1;
-                if let Some(met) = ray.meet(corners) {
-                    let triangle = number as usize;
-                    let first = (placement, triangle) < (best.placement, best.triangle);
-                    if met.t < best.t || met.t == best.t && first {
-                        *best = Hit { t: met.t, placement, triangle, weights: met.weights() };
-                        t_max = above(met.t - start);
-                    }
+        let t_max = above(best.t - start);
+        let blocks = InBlocks { mesh: self, ray, cull, start, placement, best, t_max };
+        walk(&self.tree, &slabs, t_max, stack, blocks);
+    }
+}
+
+/// The search for the nearest hit in the leaves of a mesh.
+struct InBlocks<'a, L> {
+    mesh: &'a MeshTree,
+    ray: &'a Ray,
+    cull: Cull<L>,
+    start: f64,
+    placement: usize,
+    best: &'a mut Hit,
+    t_max: f32,
+}
+
+impl<L: Lanes> Visit for InBlocks<'_, L> {
+    #[inline(always)]
+    fn leaf(&mut self, leaf: Child, _: f32, _: &mut Stack) -> f32 {
+        let block = &self.mesh.blocks[leaf.number()];
+        let mut met = self.cull.meet(block, leaf, self.t_max);
+        while met != 0 {
+            let (number, corners) = block.triangle(met.trailing_zeros() as usize);
+            met &= met - 1;
+            if let Some(met) = self.ray.meet(corners) {
+                let (placement, triangle) = (self.placement, number as usize);
+                let first = (placement, triangle) < (self.best.placement, self.best.triangle);
+                if met.t < self.best.t || met.t == self.best.t && first {
+                    *self.best = Hit { t: met.t, placement, triangle, weights: met.weights() };
+                    self.t_max = above(met.t - self.start);
                 }
             }
-            t_max
-        });
+        }
+        self.t_max
     }
 }
 

@@ -86,6 +86,19 @@ fn cross<L: Lanes>(node: &Node, plane: usize, inverse: L, along: L) -> L {
     L::load(&node.planes[plane % 6]).mul_sub(inverse, along)
 }
 
+/// What is done at a leaf.
+pub trait Visit {
+    /// Told where the ray enters the leaf; returns the ray's new end. To be inlined, which a closure would not be.
+    fn leaf(&mut self, leaf: Child, entered: f32, stack: &mut Stack) -> f32;
+}
+
+impl<F: FnMut(Child, f32, &mut Stack) -> f32> Visit for F {
+    #[inline(always)]
+    fn leaf(&mut self, leaf: Child, entered: f32, stack: &mut Stack) -> f32 {
+        self(leaf, entered, stack)
+    }
+}
+
 /// Calls `leaf` with the leaves that the ray meets and where it enters them; `leaf` returns the ray's
 /// new end. What stands on the stack stays there.
 #[inline(always)]
@@ -94,7 +107,7 @@ pub fn walk<L: Lanes>(
     slabs: &Slabs<L>,
     mut t_max: f32,
     stack: &mut Stack,
-    mut leaf: impl FnMut(Child, f32, &mut Stack) -> f32,
+    mut visit: impl Visit,
 ) {
     let base = stack.used;
     let mut used = base;
@@ -141,7 +154,7 @@ pub fn walk<L: Lanes>(
         }
         if current.is_leaf() {
             stack.used = used;
-            t_max = leaf(current, entered, stack);
+            t_max = visit.leaf(current, entered, stack);
         }
         loop {
             if used == base {
