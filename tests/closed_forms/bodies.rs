@@ -208,7 +208,7 @@ pub fn concentric_spheres(ratio: f64, seen: Shell) -> Bed {
     // The sensor looks down on the inner one's pole, or past its side.
     let mut domain = window(50.0, f64::midpoint(RADIUS_UM, inner_um));
     if let Shell::Outer = seen {
-        let aside = DVec3::X * (RADIUS_UM + inner_um) / 2.0;
+        let aside = DVec3::X * f64::midpoint(RADIUS_UM, inner_um);
         domain = Domain { min_um: domain.min_um + aside, max_um: domain.max_um + aside, ..domain };
         let down = DVec3::Z * domain.min_um.z;
         domain = Domain { min_um: domain.min_um - down, max_um: domain.max_um - down, ..domain };

@@ -19,7 +19,7 @@ const LEAST: u64 = 1 << 17;
 
 /// Directions over a hemisphere. What is seen from them changes without a jump, so that the midpoint rule errs by
 /// the order of their number to the power of -2.
-const DIRECTIONS: u64 = 512;
+const DIRECTIONS: u64 = 256;
 
 /// Where the sensor stands.
 #[derive(Clone, Copy)]
