@@ -184,8 +184,9 @@ fn a_table_by_other_hands_is_checked() {
         spectrum(serde_json::json!({"builtin": "quarz"})),
         with("temperature_k", (-5).into()),
         with("floor", 99.into()),
+        with("numbers", serde_json::json!([0, 5])),
         with("paths", 3.into()),
-        with("soilsig_table", 2.into()),
+        with("soilsig_table", 1.into()),
     ] {
         fs::write(place.path("wrong.json"), wrong.to_string()).expect("written");
         let message = place.refused(&["signature", "wrong.json"], 3);
