@@ -38,13 +38,15 @@ fn the_interval_holds_the_spread_between_packings() {
     let out = folder.path().join("r");
     let csv = fs::read_to_string(out.join("signature.csv")).expect("written");
     let mut reader = csv::Reader::from_reader(csv.as_bytes());
-    let trapped = reached["trapped_half_width"].as_f64().expect("a number");
+    // A path is given up below a fifth of the tolerance, here of the packing's own, and counts with half of that.
+    let most_open = 0.3 * 3_f64.sqrt() / 2.0 / 5.0 / 2.0;
     for row in reader.records() {
         let row = row.expect("a row");
         let [error, half_width, rays, spread] =
             [2, 3, 4, 5].map(|i| row[i].parse::<f64>().expect("a number"));
         assert!((error - (spread / 3_f64.sqrt()).max(rays)).abs() < 2e-7, "{row:?}");
-        assert!((half_width - quantile_95(3) * error - trapped).abs() < 1e-5, "{row:?}");
+        let open = half_width - quantile_95(3) * error;
+        assert!((-1e-5..most_open).contains(&open), "{row:?}");
         assert!(spread > 0.0 && rays > 0.0, "{row:?}");
     }
     // The tables alone give the same curve.
