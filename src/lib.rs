@@ -30,7 +30,6 @@ pub mod report;
 pub mod interrupt;
 pub mod output;
 
-pub mod alone;
 pub mod beds;
 pub mod blender;
 pub mod bvh;
@@ -41,6 +40,7 @@ mod field;
 pub mod geometry;
 pub mod grains;
 pub mod histogram;
+pub mod in_field;
 pub mod ingest;
 pub mod merge;
 pub mod optics;

@@ -23,6 +23,7 @@ use crate::report;
 use crate::scene::{Packing, Placed, Scene, SceneGeometry, Sides, SpectrumSource};
 use crate::shipped::{self, COVERAGES};
 use crate::signature::{self, Band, Grid};
+use crate::spectrum;
 use crate::stop::Target;
 use crate::table::Table;
 use crate::trace;
@@ -175,8 +176,10 @@ impl Run<'_> {
         for material in &scene.materials {
             if let SpectrumSource::File(file) = &material.spectrum {
                 let file = path.parent().unwrap_or(Path::new("")).join(file);
-                let sum = output::sha256_hex(&file)?;
-                self.record.inputs.insert(file.display().to_string(), sum);
+                for file in spectrum::format::files(&file)? {
+                    let sum = output::sha256_hex(&file)?;
+                    self.record.inputs.insert(file.display().to_string(), sum);
+                }
             }
         }
         self.record.seeds.insert(self.key("rays"), scene.seed);
@@ -330,13 +333,16 @@ impl Run<'_> {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         for (number, material) in scene.materials.iter_mut().enumerate() {
             if let SpectrumSource::File(file) = &mut material.spectrum {
-                let from = folder.join(&file);
-                let file_name = file.file_name().unwrap_or_default().to_string_lossy();
-                let name = format!("spectrum_{number}_{file_name}");
-                let place = self.of_packing(packing, &name);
-                output::copy(&from, &self.place(&place))?;
-                self.wrote(&place)?;
-                *file = name.into();
+                let named = |file: &Path| {
+                    let name = file.file_name().unwrap_or_default().to_string_lossy();
+                    format!("spectrum_{number}_{name}")
+                };
+                for from in spectrum::format::files(&folder.join(&file))? {
+                    let place = self.of_packing(packing, &named(&from));
+                    output::copy(&from, &self.place(&place))?;
+                    self.wrote(&place)?;
+                }
+                *file = named(file).into();
             }
         }
         Ok(())

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::alone::InField;
 use crate::coverage::Cover;
 use crate::error::Error;
 use crate::features::Features;
+use crate::in_field::InField;
 use crate::output;
 use crate::pipeline::Options;
 use crate::table::Ended;

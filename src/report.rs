@@ -5,10 +5,10 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use crate::alone::InField;
 use crate::coverage;
 use crate::error::Error;
 use crate::features::{Features, features};
+use crate::in_field::InField;
 use crate::output;
 use crate::packings::{Estimate, half_width, wanted};
 use crate::plot::{self, Chart, Curve};

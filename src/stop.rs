@@ -74,12 +74,12 @@ impl Target {
     pub fn least_weight(&self) -> f64 {
         self.tolerance / 5.0
     }
+}
 
-    /// What no path saw of n has a probability of up to 3 / n (95 %): even without any spread the paths
-    /// must be as many as that asks for.
-    fn least_met(&self) -> f64 {
-        3.0 / self.tolerance
-    }
+/// What no path saw of n has a probability of up to 3 / n (95 %): even without any spread the paths
+/// must be as many as that asks for.
+fn least_met(tolerance: f64) -> f64 {
+    3.0 / tolerance
 }
 
 /// Paths traced until the target was reached or could not be.
@@ -116,7 +116,7 @@ impl Sureness {
                 if (y, a.0) > (x, b.0) { b } else { a }
             })
             .expect("there is at least one band");
-        let enough = histogram.paths() as f64 >= Target::of(tolerance).least_met();
+        let enough = histogram.paths() as f64 >= least_met(tolerance);
         Self { widest, weight, reached: weight.half_width() <= tolerance && enough }
     }
 }
@@ -150,7 +150,8 @@ pub fn trace(
         (None, None) => {
             let numbers = 0..PILOT.min(target.max_paths);
             let pilot = tracer.trace(course, seed, Purpose::Pilot, numbers, &|_| ())?;
-            let wanted = more(&pilot, bands, target).max(LEAST).min(target.max_paths);
+            let (wanted, _) = more(&pilot, bands, target);
+            let wanted = wanted.max(LEAST).min(target.max_paths);
             fresh(tracer, course, wanted)
         }
     };
@@ -186,10 +187,10 @@ pub fn trace(
             traced.ended_by = Ended::Paths;
             return Ok(traced);
         }
-        let sureness = Sureness::of(&Histogram::of(&traced.tally), bands, target.tolerance);
-        let next = more(&traced.tally, bands, target).min(target.max_paths);
-        if sureness.reached || next <= traced.tally.paths {
-            traced.ended_by = if sureness.reached {
+        let (next, reached) = more(&traced.tally, bands, target);
+        let next = next.min(target.max_paths);
+        if reached || next <= traced.tally.paths {
+            traced.ended_by = if reached {
                 Ended::Tolerance
             } else if traced.tally.paths >= target.max_paths {
                 Ended::MaxPaths
@@ -207,22 +208,23 @@ fn fresh(tracer: &Tracer, course: &Course, wanted: u64) -> Traced {
     Traced { tally, wanted, ended_by: Ended::Interrupted }
 }
 
-/// How many paths the target needs in all, by what these paths show: as independent paths would, which is more than
+/// How many paths the target needs in all, by what these paths show, and whether they reach it: as independent paths would, which is more than
 /// evenly spread ones need. No more than there are where more would not help: when what trapped paths leave open is
 /// wider than the tolerance.
-fn more(tally: &Tally, bands: &[Vec<f64>], target: Target) -> u64 {
+fn more(tally: &Tally, bands: &[Vec<f64>], target: Target) -> (u64, bool) {
     let met = (tally.paths - tally.missed) as f64;
     if met < 2.0 {
         // A small target in a wide view: look on.
-        return 16 * tally.paths;
+        return (16 * tally.paths, false);
     }
-    let weight = Sureness::of(&Histogram::of(tally), bands, target.tolerance).weight;
+    let Sureness { weight, reached, .. } =
+        Sureness::of(&Histogram::of(tally), bands, target.tolerance);
     let room = target.tolerance - weight.trapped;
     if room <= 0.0 {
-        return tally.paths;
+        return (tally.paths, reached);
     }
     let ratio = T_95 * weight.standard_error / room;
-    let needed = (met * ratio * ratio).max(target.least_met()) * MARGIN;
+    let needed = (met * ratio * ratio).max(least_met(target.tolerance)) * MARGIN;
     let paths = needed * tally.paths as f64 / met;
-    (paths.min(1e18) as u64).div_ceil(LOT) * LOT
+    ((paths.min(1e18) as u64).div_ceil(LOT) * LOT, reached)
 }

@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::alone::InField;
 use crate::coverage::Cover;
 use crate::histogram::{Histogram, Mean};
+use crate::in_field::InField;
 use crate::output::{self, OutputError};
 use crate::scene::{Sky, View, is_zero};
 use crate::signature::{Grid, reflectances};
 use crate::spectrum::{Spectrum, SpectrumError};
-use crate::stop::Sureness;
+use crate::stop::{Sureness, Target};
 use crate::tally::Tally;
 
 /// The format's version, the value of `soilsig_table`.
@@ -170,6 +170,8 @@ pub struct Stop {
     pub tolerance: f64,
     /// The bands that were to reach it.
     pub grid: Grid,
+    /// Most paths that were allowed; `None` where exactly so many were asked for.
+    pub max_paths: Option<u64>,
     /// What ended the trace.
     pub ended_by: Ended,
     /// How many paths the whole trace has, of which this table may hold a part.
@@ -206,9 +208,10 @@ pub enum Ended {
 
 impl Stop {
     /// Of a trace that has still to begin.
-    pub fn new(tolerance: f64, grid: Grid, least_weight: f64) -> Self {
+    pub fn new(target: &Target, grid: Grid) -> Self {
         Self {
-            tolerance,
+            tolerance: target.tolerance,
+            max_paths: target.exactly.is_none().then_some(target.max_paths),
             widest_at_um: grid.wavelengths_um()[0],
             grid,
             ended_by: Ended::Interrupted,
@@ -216,7 +219,20 @@ impl Stop {
             half_width: 1.0,
             reached: false,
             trapped: 0.0,
-            least_weight,
+            least_weight: target.least_weight(),
+        }
+    }
+
+    /// What was asked, without what came of it.
+    fn asked(&self) -> Self {
+        Self {
+            widest_at_um: self.grid.wavelengths_um()[0],
+            ended_by: Ended::Interrupted,
+            wanted: 0,
+            half_width: 1.0,
+            reached: false,
+            trapped: 0.0,
+            ..self.clone()
         }
     }
 }
@@ -300,7 +316,7 @@ impl Table {
     /// The table without what its paths counted.
     fn rules(&self) -> Self {
         Self {
-            stop: Stop::new(self.stop.tolerance, self.stop.grid.clone(), self.stop.least_weight),
+            stop: self.stop.asked(),
             numbers: [0, 0],
             paths: 0,
             missed: 0,

@@ -5,11 +5,11 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use crate::alone::{Alone, InField};
 use crate::course::Course;
 use crate::coverage::{self, Cover};
 use crate::error::Error;
 use crate::histogram::Histogram;
+use crate::in_field::{Alone, InField};
 use crate::ingest;
 use crate::output;
 use crate::scene::Scene;
@@ -117,7 +117,7 @@ pub fn trace(
         seed: scene.seed,
         max_bounces: course.most_hits,
         materials,
-        stop: Stop::new(target.tolerance, grid.clone(), target.least_weight()),
+        stop: Stop::new(&target, grid.clone()),
         floor: floor_alone(tracer),
         field: InField::of(tracer.bed()),
         numbers: [0, 0],
@@ -141,10 +141,17 @@ pub fn trace(
         }
         Ok::<_, Error>(table)
     };
+    // What was kept of a trace of other extent is another trace's.
+    let fits = |table: &Table| {
+        table.numbers[0] == first
+            && target
+                .exactly
+                .is_none_or(|part| table.stop.wanted == part.of && table.numbers[1] <= part.end)
+    };
     let earlier = kept
         .filter(|file| file.is_file())
         .and_then(|file| Table::read(file).ok())
-        .filter(|table| table.is_part_of_same(&empty) && table.numbers[0] == first)
+        .filter(|table| table.is_part_of_same(&empty) && fits(table))
         .map(|table| Traced {
             tally: table.tally(&names),
             wanted: table.stop.wanted,

@@ -192,8 +192,8 @@ impl Tracer {
         }
     }
 
-    /// What the sensor sees at a place of its view, of a field over its first patch, 0 to 1 from the left and from below: the material
-    /// and the cosine between the facet's normal and the direction to the sensor.
+    /// What the sensor sees at a place of its view, of a field over its first patch, 0 to 1 from the left and
+    /// from below: the material and the cosine between the facet's normal and the direction to the sensor.
     pub fn look(&self, place: [f64; 2]) -> Option<(u16, f64)> {
         match self.next(&mut self.field.start(place, || [0.0, 0.0])) {
             Event::Hit { material, normal, .. } => Some((material, normal.dot(self.bed.to_sensor))),

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use crate::alone::InField;
 use crate::coverage::Cover;
+use crate::in_field::InField;
 use crate::record::{Reached, Record};
 use crate::table::Ended;
 use crate::tally::Kept;

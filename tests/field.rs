@@ -6,7 +6,7 @@ mod scenes;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use soilsig::alone::InField;
+use soilsig::in_field::InField;
 use soilsig::ingest;
 use soilsig::scene::{Scene, Sides};
 use soilsig::signature;

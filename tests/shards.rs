@@ -148,6 +148,15 @@ fn what_another_trace_left_is_not_taken() {
     trace(&place, "v.json", &["--paths", "4096"]);
     let bytes = |name: &str| fs::read(place.path(name)).expect("written");
     assert!(bytes("u.json") == bytes("v.json"));
+    // Nor what a longer one left, or one that was to end by itself.
+    for other in [&["--paths", "9000"][..], &["--max-paths", "4096"]] {
+        let patch = shipped("settled_patch.json");
+        let args = [&["trace", &patch, "--out", "t.json"], other].concat();
+        place.soilsig(&args).output().expect("it runs");
+        fs::rename(place.path("t.json"), place.path("w.json.partial")).expect("renamed");
+        trace(&place, "w.json", &["--paths", "4096"]);
+        assert!(bytes("u.json") == bytes("w.json"), "{other:?}");
+    }
     fs::write(place.path("v.json.partial"), "{\"half\":").expect("written");
     trace(&place, "v.json", &["--paths", "4096"]);
     assert!(bytes("u.json") == bytes("v.json"));

@@ -128,7 +128,7 @@ pub(super) fn write(
 }
 
 /// The data and the header of a library that is named by either.
-fn pair(path: &Path) -> (PathBuf, PathBuf) {
+pub(super) fn pair(path: &Path) -> (PathBuf, PathBuf) {
     if super::ending(path) == "hdr" {
         let data = path.with_extension("");
         let is_whole_name = super::ending(&data) == "sli";

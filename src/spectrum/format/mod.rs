@@ -59,6 +59,17 @@ impl Format {
     }
 }
 
+/// All files that a spectrum's file is read with: of a library in two files both.
+pub fn files(path: &Path) -> Result<Vec<PathBuf>, SpectrumError> {
+    Ok(match Format::of(path)? {
+        Format::Envi => {
+            let (data, header) = envi::pair(path);
+            vec![data, header]
+        }
+        _ => vec![path.to_owned()],
+    })
+}
+
 /// How a file is to be read, beyond what it says itself.
 #[derive(Debug, Clone, Default)]
 pub struct Reading {
