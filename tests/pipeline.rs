@@ -290,7 +290,7 @@ fn any_number_of_size_classes_and_minerals_goes_through() {
       "soilsig_scene": 1, "name": "mixture", "seed": 3, "temperature_k": 310, "sky_temperature_k": 250,
       "view": {"zenith_deg": 30, "azimuth_deg": 45},
       "materials": [{"name": "olivine", "spectrum": {"constant": 0.9}}, {"name": "quartz", "spectrum": {"file": "q.csv"}},
-                    {"name": "clay", "spectrum": {"constant": 0.97}}, {"name": "floor", "spectrum": {"constant": 0.9}}],
+                    {"name": "clay", "spectrum": {"file": "c.sli"}}, {"name": "floor", "spectrum": {"constant": 0.9}}],
       "geometry": {"packing": {"seed": 3,
         "grains": [{"name": "big", "shape": "grain_853", "diameter_um": 700, "material": "olivine", "count": 4, "fines": 40},
                    {"name": "middle", "shape": "grain_500", "diameter_um": 420, "material": "quartz", "count": 8, "fines": 0},
@@ -300,6 +300,9 @@ fn any_number_of_size_classes_and_minerals_goes_through() {
         "variants": 2, "tray_um": [1700, 1700], "crop_um": 300, "floor_material": "floor"}}}"#;
     fs::write(folder.path().join("mixture.json"), scene).expect("written");
     fs::write(folder.path().join("q.csv"), "um,emissivity\n8,0.5\n12,0.9\n").expect("written");
+    // Of a library in two files both belong to the spectrum.
+    fs::write(folder.path().join("c.csv"), "8,0.97\n12,0.96\n").expect("written");
+    program::soilsig(folder.path(), &blender, &["spectra", "convert", "c.csv", "--out", "c.sli"]);
     let args = ["pipeline", "--scene", "mixture.json", "--out", "r", "--range", "8-12", "--json"];
     let record = soilsig(folder.path(), &blender, &args);
     let seen = record["reached"]["mixture"]["seen_first"].as_object().expect("shares");
@@ -308,7 +311,9 @@ fn any_number_of_size_classes_and_minerals_goes_through() {
         ["olivine", "quartz", "clay"].iter().all(|m| seen[*m].as_f64().expect("a share") > 0.02),
         "{seen:?}"
     );
-    // The placed scene stands alone: its spectrum was brought along.
-    fs::remove_file(folder.path().join("q.csv")).expect("removed");
+    // The placed scene stands alone: its spectra were brought along.
+    for file in ["q.csv", "c.sli", "c.hdr"] {
+        fs::remove_file(folder.path().join(file)).expect("removed");
+    }
     soilsig(folder.path(), &blender, &["trace", "r/scene.json", "-o", "t.json", "--range", "8-12"]);
 }
