@@ -1,0 +1,260 @@
+//! A recipe for a bed, which Blender carries out.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::check::{Checked, need, positive, unique};
+use super::{FARTHEST_UM, Material, known};
+
+/// Most grains of a class, and most fines on one.
+const MOST: u32 = 100_000;
+
+/// A recipe for a bed of grains dusted with fines.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Packing {
+    /// Seed of shapes, dust and drop.
+    pub seed: u64,
+    /// The classes of grains, any number of them.
+    pub grains: Vec<GrainClass>,
+    /// The classes of fines, any number of them; none for bare grains.
+    #[serde(default)]
+    pub fines: Vec<FineClass>,
+    /// How the fines sit on a grain.
+    #[serde(default)]
+    pub dust: Dust,
+    /// How many different dressed grains are modelled of each class.
+    pub variants: u32,
+    /// Length of the tray along x and y, um.
+    pub tray_um: [f64; 2],
+    /// Width of the rim inside the tray's walls that is not looked at, um: the walls order the
+    /// grains that touch them.
+    pub crop_um: f64,
+    /// Material of the tray's floor, where a ray gets down to it.
+    pub floor_material: String,
+    /// The rigid-body drop.
+    #[serde(default)]
+    pub drop: Drop,
+}
+
+/// The five quartz shapes modelled after SEM images; each can have any diameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Shape {
+    /// A fresh splinter, the most elongated.
+    #[serde(rename = "fine_35")]
+    Fine35,
+    /// A splinter.
+    #[serde(rename = "fine_60")]
+    Fine60,
+    /// An angular grain.
+    #[serde(rename = "grain_500")]
+    Grain500,
+    /// A grain with its edges a little rounded.
+    #[serde(rename = "grain_640")]
+    Grain640,
+    /// The most equant grain, with the roundest edges.
+    #[serde(rename = "grain_853")]
+    Grain853,
+}
+
+/// One class of grains.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GrainClass {
+    /// The class's name; its prototypes are called NAME_0, NAME_1, ...
+    pub name: String,
+    /// Which of the modelled shapes.
+    pub shape: Shape,
+    /// Diameter of the sphere of equal volume, um.
+    pub diameter_um: f64,
+    /// The grain's material.
+    pub material: String,
+    /// How many grains of this class are dropped.
+    pub count: u32,
+    /// How many fines sit on each.
+    pub fines: Fines,
+}
+
+/// How many fines sit on a grain.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Fines {
+    /// So many.
+    Count(u32),
+    /// As many as it takes.
+    Cover(Cover),
+}
+
+/// The cover that fines are to reach.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cover {
+    /// Share of the dusty grain's silhouette, seen from afar and averaged over all directions, that is
+    /// fines: 0 to 1.
+    pub silhouette: f64,
+}
+
+impl Fines {
+    /// Whether there is none.
+    pub fn is_none(self) -> bool {
+        match self {
+            Self::Count(count) => count == 0,
+            Self::Cover(cover) => cover.silhouette == 0.0,
+        }
+    }
+}
+
+/// How the fines sit on a grain.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Dust {
+    /// Most layers: fines that find no free seat on the grain sit on the fines of the layer below, up to
+    /// this many layers.
+    pub layers: u32,
+    /// How deep a fine may pass through its neighbours, as a share of its diameter: 0 keeps them apart, 1 asks
+    /// nothing of them.
+    pub overlap: f64,
+}
+
+impl Default for Dust {
+    fn default() -> Self {
+        Self { layers: 8, overlap: 0.0 }
+    }
+}
+
+/// One class of fines.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FineClass {
+    /// The class's name.
+    pub name: String,
+    /// Which of the modelled shapes.
+    pub shape: Shape,
+    /// Diameter of the sphere of equal volume, um.
+    pub diameter_um: f64,
+    /// The fine's material.
+    pub material: String,
+    /// Share of the fines by number; all shares together make 1.
+    pub share: f64,
+}
+
+/// Settings of the rigid-body drop.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Drop {
+    /// What of a dusty grain collides.
+    pub collision: Collision,
+    /// Steps of the solver within a frame of 1/24 s.
+    pub substeps: u32,
+    /// Iterations of the solver within a step.
+    pub iterations: u32,
+    /// Frames after which a bed that still moves is refused.
+    pub max_frames: u32,
+    /// Length of the mean grain diameter in the solver's units: it is at home with a few.
+    pub scale: f64,
+    /// Gravity in the solver's units: only the clock depends on it.
+    pub gravity: f64,
+    /// Distance that the solver keeps between hulls, in its units.
+    pub margin: f64,
+}
+
+/// What of a dusty grain collides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Collision {
+    /// The convex hull of the dusty grain: the fastest.
+    Hull,
+    /// The hull until the bed rests, then every fine and the grain itself, so that fines touch fines.
+    HullThenFines,
+    /// The dusty grain's own mesh from the first frame on: for a few grains.
+    Mesh,
+}
+
+impl Default for Drop {
+    fn default() -> Self {
+        Self {
+            collision: Collision::Hull,
+            substeps: 6,
+            iterations: 30,
+            max_frames: 400,
+            scale: 6.5,
+            gravity: 98.1,
+            margin: 0.04,
+        }
+    }
+}
+
+impl Packing {
+    /// What is wrong with it, in a scene of these materials.
+    pub(super) fn check(&self, materials: &[Material]) -> Checked {
+        let at = |key: &str| format!("geometry.packing.{key}");
+        unique(
+            self.grains.iter().map(|g| &*g.name).chain(self.fines.iter().map(|f| &*f.name)),
+            &at("grains"),
+        )?;
+        for (i, grain) in self.grains.iter().enumerate() {
+            positive(grain.diameter_um, &at(&format!("grains[{i}].diameter_um")))?;
+            known(materials, &grain.material, &at(&format!("grains[{i}].material")))?;
+            need(grain.count <= MOST, &at(&format!("grains[{i}].count")), || {
+                format!("{} is more than {MOST}", grain.count)
+            })?;
+            match grain.fines {
+                Fines::Count(count) => {
+                    need(count <= MOST, &at(&format!("grains[{i}].fines")), || {
+                        format!("{count} is more than {MOST}")
+                    })?;
+                }
+                Fines::Cover(Cover { silhouette }) => need(
+                    (0.0..=1.0).contains(&silhouette),
+                    &at(&format!("grains[{i}].fines.silhouette")),
+                    || format!("{silhouette} is not within 0 to 1"),
+                )?,
+            }
+            need(grain.fines.is_none() || !self.fines.is_empty(), &at("fines"), || {
+                format!("{} wants fines, but there is no class of them", grain.name)
+            })?;
+        }
+        need((1..=100).contains(&self.dust.layers), &at("dust.layers"), || {
+            format!("{} is not within 1 to 100", self.dust.layers)
+        })?;
+        need((0.0..=1.0).contains(&self.dust.overlap), &at("dust.overlap"), || {
+            format!("{} is not within 0 to 1", self.dust.overlap)
+        })?;
+        for (i, fine) in self.fines.iter().enumerate() {
+            positive(fine.diameter_um, &at(&format!("fines[{i}].diameter_um")))?;
+            known(materials, &fine.material, &at(&format!("fines[{i}].material")))?;
+            need((0.0..=1.0).contains(&fine.share), &at(&format!("fines[{i}].share")), || {
+                format!("{} is not within 0 to 1", fine.share)
+            })?;
+        }
+        let shares: f64 = self.fines.iter().map(|fine| fine.share).sum();
+        need(self.fines.is_empty() || (shares - 1.0).abs() < 1e-6, &at("fines"), || {
+            format!("the shares make {shares}, not 1")
+        })?;
+        need(self.grains.iter().any(|grain| grain.count > 0), &at("grains"), || {
+            "there is no grain to drop".into()
+        })?;
+        need(self.variants > 0, &at("variants"), || "must be at least 1".into())?;
+        known(materials, &self.floor_material, &at("floor_material"))?;
+        need(self.crop_um >= 0.0, &at("crop_um"), || "must not be negative".into())?;
+        for length in self.tray_um {
+            positive(length, &at("tray_um"))?;
+            need(length < FARTHEST_UM, &at("tray_um"), || format!("{length} um is too long"))?;
+            need(length > 2.0 * self.crop_um, &at("crop_um"), || {
+                format!("a rim of {} um leaves nothing of a tray of {length} um", self.crop_um)
+            })?;
+        }
+        for (key, value) in [
+            ("drop.substeps", self.drop.substeps),
+            ("drop.iterations", self.drop.iterations),
+            ("drop.max_frames", self.drop.max_frames),
+        ] {
+            need(value > 0, &at(key), || "must be at least 1".into())?;
+        }
+        positive(self.drop.scale, &at("drop.scale"))?;
+        positive(self.drop.gravity, &at("drop.gravity"))?;
+        need(self.drop.margin.is_finite() && self.drop.margin >= 0.0, &at("drop.margin"), || {
+            "must not be negative".into()
+        })
+    }
+}
