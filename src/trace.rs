@@ -127,7 +127,7 @@ pub fn trace(
         hits: 0,
         inside: Vec::new(),
         coverage: coverage(tracer, scene),
-        histogram: Histogram { kept: course.kept, escaped: Vec::new(), trapped: Vec::new() },
+        histogram: Histogram::empty(course.kept),
     };
     let first = target.exactly.map_or(0, |part| part.first);
     let table_of = |traced: &Traced| {
