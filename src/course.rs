@@ -1,5 +1,6 @@
 //! The rules that paths go by, and what of them has to be kept.
 
+use crate::random::Sampler;
 use crate::scene::{Scene, Sky};
 use crate::spectrum::Spectrum;
 use crate::tally::{COSINES, Kept, ZENITHS};
@@ -29,6 +30,8 @@ pub struct Course {
     pub kept: Kept,
     /// The facets of each material.
     pub facets: Vec<Facet>,
+    /// Where paths take their numbers from.
+    pub sampler: Sampler,
     /// Hits after which a path is given up.
     pub most_hits: u16,
     /// The greatest reflectance of each symbol in any of the bands that matter.
@@ -56,7 +59,8 @@ impl Course {
         let directional = matches!(scene.sky_temperature_k, Some(Sky::ByZenith(_)));
         let kept = Kept { order, cosines, zeniths: if directional { ZENITHS } else { 1 } };
         let greatest = vec![1.0; kept.symbols(facets.len())];
-        Self { kept, facets, most_hits: MOST_HITS, greatest, least_weight: 0.0 }
+        let sampler = Sampler::Even;
+        Self { kept, facets, sampler, most_hits: MOST_HITS, greatest, least_weight: 0.0 }
     }
 
     /// Gives paths up whose weight is below `least_weight` in each of the bands, which are given as a reflectance for

@@ -34,6 +34,7 @@ pub mod beds;
 pub mod blender;
 pub mod bvh;
 pub mod cache;
+pub mod chart;
 pub mod course;
 pub mod coverage;
 mod field;

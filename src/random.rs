@@ -33,16 +33,35 @@ pub enum Purpose {
     Coverage = 3,
 }
 
+/// Where paths take their numbers from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sampler {
+    /// A low-discrepancy sequence.
+    Even,
+    /// Independent numbers: what the sequence is compared with.
+    Independent,
+}
+
 /// The points of all paths of one seed and purpose: Sobol' sequences with Owen's scrambling by hashes
 /// (Burley, J. Comput. Graph. Tech. 9(4), 2020), one for each replicate.
 #[derive(Debug, Clone)]
 pub struct Points {
     source: Source,
+    sampler: Sampler,
 }
 
 /// The coordinates of one path's point, two for its start and two for each bounce.
 #[derive(Debug)]
-pub struct Point {
+pub enum Point {
+    /// Of a sequence.
+    Even(Even),
+    /// Of independent numbers.
+    Independent(Stream),
+}
+
+/// A place in a scrambled sequence.
+#[derive(Debug)]
+pub struct Even {
     index: u32,
     scrambling: u32,
     set: u32,
@@ -52,8 +71,8 @@ pub struct Point {
 
 impl Points {
     /// The points of a seed.
-    pub fn new(seed: u64, purpose: Purpose) -> Self {
-        Self { source: Source::new(seed, purpose) }
+    pub fn new(seed: u64, purpose: Purpose, sampler: Sampler) -> Self {
+        Self { source: Source::new(seed, purpose), sampler }
     }
 
     /// The scrambling of each replicate for the paths whose numbers are in that stretch of the sequence.
@@ -68,20 +87,34 @@ impl Points {
         let mut scramblings = [0; REPLICATES];
         (first..end).map(move |number| {
             let replicate = (number % REPLICATES as u64) as usize;
+            if self.sampler == Sampler::Independent {
+                return (replicate, Point::Independent(self.source.stream(number)));
+            }
             let index = number / REPLICATES as u64;
             if index / SEQUENCE != stretch {
                 stretch = index / SEQUENCE;
                 scramblings = self.scramblings(stretch);
             }
             let index = (index % SEQUENCE) as u32;
-            (replicate, Point { index, scrambling: scramblings[replicate], set: 0, held: None })
+            let scrambling = scramblings[replicate];
+            (replicate, Point::Even(Even { index, scrambling, set: 0, held: None }))
         })
     }
 }
 
 impl Point {
-    /// The next two coordinates, in [0, 1), of 24 bits each.
+    /// The next two coordinates, in [0, 1).
     pub fn pair(&mut self) -> [f64; 2] {
+        match self {
+            Self::Even(even) => even.pair(),
+            Self::Independent(stream) => stream.pair(),
+        }
+    }
+}
+
+impl Even {
+    /// Of 24 bits each.
+    fn pair(&mut self) -> [f64; 2] {
         let pair = self.held.take().unwrap_or_else(|| {
             // More dimensions than the sequence has are those of another one.
             let (round, set) = (
@@ -160,14 +193,17 @@ mod tests {
     #[test]
     fn points_of_a_path_depend_on_seed_purpose_and_number_alone() {
         let of = |seed, purpose, number: u64| {
-            let (replicate, mut point) =
-                Points::new(seed, purpose).of(number, number + 1).next().expect("one");
+            let (replicate, mut point) = Points::new(seed, purpose, Sampler::Even)
+                .of(number, number + 1)
+                .next()
+                .expect("one");
             (replicate, (0..300).flat_map(|_| point.pair()).collect::<Vec<f64>>())
         };
         let number = 70_000 * REPLICATES as u64 + 5;
         let (replicate, first) = of(1, Purpose::Result, number);
         assert_eq!(replicate, 5);
-        let among = Points::new(1, Purpose::Result).of(number - 9, number + 9).nth(9);
+        let among =
+            Points::new(1, Purpose::Result, Sampler::Even).of(number - 9, number + 9).nth(9);
         let (_, mut among) = among.expect("it is among them");
         assert_eq!(first[..2], among.pair());
         for other in [
@@ -188,7 +224,7 @@ mod tests {
     fn points_of_a_replicate_are_evenly_spread() {
         let paths = 256 * REPLICATES as u64;
         let mut held = [[0; 256]; 4];
-        for (replicate, mut point) in Points::new(3, Purpose::Result).of(0, paths) {
+        for (replicate, mut point) in Points::new(3, Purpose::Result, Sampler::Even).of(0, paths) {
             if replicate == 7 {
                 let all = [point.pair(), point.pair()].concat();
                 for (strips, x) in held.iter_mut().zip(all) {

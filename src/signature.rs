@@ -64,6 +64,11 @@ impl Grid {
         (self.from_um, self.to_um)
     }
 
+    /// The step between bands, um.
+    pub const fn step_um(&self) -> f64 {
+        self.step_um
+    }
+
     /// The wavelengths, um, in whole picometres, so that 7.5 + 1.13 is 8.63 to the last digit.
     pub fn wavelengths_um(&self) -> Vec<f64> {
         let [from, to, step] =

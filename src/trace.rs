@@ -100,7 +100,32 @@ pub fn trace(
     kept: Option<&Path>,
     progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Table, Error> {
-    let materials = materials(scene, path)?;
+    traced(tracer, scene, path, materials(scene, path)?, grid, target, kept, progress)
+}
+
+/// The same with spectra that are known already.
+pub fn trace_with(
+    tracer: &Tracer,
+    scene: &Scene,
+    path: &Path,
+    materials: Vec<TableMaterial>,
+    grid: &Grid,
+    target: Target,
+) -> Result<Table, Error> {
+    traced(tracer, scene, path, materials, grid, target, None, &|_, _| ())
+}
+
+#[expect(clippy::too_many_arguments, reason = "what a trace depends on")]
+fn traced(
+    tracer: &Tracer,
+    scene: &Scene,
+    path: &Path,
+    materials: Vec<TableMaterial>,
+    grid: &Grid,
+    target: Target,
+    kept: Option<&Path>,
+    progress: &(dyn Fn(u64, u64) + Sync),
+) -> Result<Table, Error> {
     let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
     let wavelengths_um = grid.wavelengths_um();
     let course = Course::new(scene, &spectra);

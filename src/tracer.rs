@@ -103,7 +103,7 @@ impl Tracer {
         numbers: Range<u64>,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Tally, Error> {
-        let points = Points::new(seed, purpose);
+        let points = Points::new(seed, purpose, course.sampler);
         let empty = || Tally::new(self.bed.materials, course.kept);
         (0..(numbers.end - numbers.start).div_ceil(BLOCK))
             .into_par_iter()

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use crate::chart::Trade;
 use crate::coverage::Cover;
 use crate::in_field::InField;
 use crate::record::{Reached, Record};
@@ -52,6 +53,28 @@ fn advice(record: &Record) -> Option<String> {
             "A tenth narrower: {by_packings:.1} s of further packings, or {by_rays:.1} s of further rays."
         ),
     })
+}
+
+/// What a chart shows.
+pub fn trade(trade: &Trade, tolerance: f64) -> String {
+    let mut text = format!(
+        "{}: errors against {}; below {:.1e} none can be told\n",
+        trade.scene,
+        trade.reference.made_of,
+        trade.reference.worst_floor()
+    );
+    for setting in trade.front() {
+        let _ = writeln!(
+            text,
+            "  {:>9.4} s CPU {:>9.4} s wall  worst band {:.5}  {}, {}",
+            setting.took.cpu_s, setting.took.wall_s, setting.worst, setting.level, setting.setting
+        );
+    }
+    let _ = match trade.chosen(tolerance) {
+        Some(s) => writeln!(text, "  the cheapest within {tolerance}: {}, {}", s.level, s.setting),
+        None => writeln!(text, "  none of them is within {tolerance}"),
+    };
+    text
 }
 
 /// What was reached for a scene.

@@ -1,5 +1,6 @@
 //! The command line: one file for each subcommand, and what they share.
 
+mod chart;
 mod completions;
 mod doctor;
 mod grains;
@@ -47,6 +48,7 @@ enum Command {
     Grains(grains::Args),
     Spectra(spectra::Args),
     Picture(picture::Args),
+    Chart(chart::Args),
     Doctor(doctor::Args),
     Schema(schema::Args),
     Completions(completions::Args),
@@ -231,6 +233,7 @@ pub fn run() -> ExitCode {
         Command::Spectra(args) => spectra::run(args).map(|()| None),
         Command::Grains(args) => grains::run(args, &cache).map(|()| None),
         Command::Picture(args) => picture::run(args).map(|()| None),
+        Command::Chart(args) => chart::run(args, &cache).map(|()| None),
         Command::Doctor(args) => doctor::run(args, cache.root()).map(|()| None),
         Command::Schema(args) => schema::run(args).map(|()| None),
         Command::Completions(args) => completions::run(args).map(|()| None),

@@ -13,6 +13,7 @@
 //! | places for labels beside a curve | `label` |
 //! | the emissivity chart and its curves | `emissivity`, `curve` |
 //! | bodies from three sides | `bodies` |
+//! | error against time | `trade` |
 
 mod axis;
 mod bodies;
@@ -22,12 +23,14 @@ mod label;
 mod legend;
 mod raster;
 pub(crate) mod svg;
+mod trade;
 
 pub use bodies::{Row, Solid, bodies_svg};
 pub use curve::Curve;
 pub use emissivity::{Chart, emissivity_svg};
 pub(crate) use raster::layer;
 pub use raster::png;
+pub(crate) use trade::trade_svg;
 
 /// A chart could not be drawn.
 #[derive(Debug, thiserror::Error)]

@@ -1,0 +1,225 @@
+//! The settings of a packing: how its beds are made, and how many of them.
+
+use std::path::Path;
+use std::time::Duration;
+
+use rayon::prelude::*;
+
+use super::{REPEATS, Reference, Run, Setting, Took, Trade, timed};
+use crate::beds::Order;
+use crate::blender::Blender;
+use crate::cache::Cache;
+use crate::error::Error;
+use crate::packings::Estimate;
+use crate::progress::Step;
+use crate::random;
+use crate::scene::{Collision, Fines, Packing, Scene, SceneGeometry};
+use crate::signature::Grid;
+use crate::stop::Target;
+use crate::table::Table;
+use crate::trace;
+
+/// Half-width to which the rays of each bed are traced: little against what beds differ by.
+const RAYS: f64 = 0.004;
+/// Beds of the reference.
+const REFERENCE: usize = 24;
+/// Seeds of the reference lie beyond those of the settings.
+const REFERENCE_SEED: u64 = 1 << 40;
+/// The most packings of which a mean is charted.
+const MOST: usize = 4;
+
+/// What the beds of a chart are made by.
+pub struct Maker<'a> {
+    /// The Blender that drops them.
+    pub blender: &'a Blender,
+    /// The bands.
+    pub grid: &'a Grid,
+    /// Longest that a Blender may take for a bed.
+    pub time_limit: Duration,
+}
+
+/// Beds of one recipe.
+struct Pool {
+    tables: Vec<Table>,
+    /// What one of them took, where many are made.
+    each: Took,
+}
+
+/// Measures the settings of a packing; `told` hears what is measured next.
+///
+/// Nothing comes from a cache, since it is timed.
+pub fn packings(
+    scene: &Scene,
+    packing: &Packing,
+    path: &Path,
+    maker: &Maker,
+    quick: bool,
+    told: &dyn Fn(&str),
+) -> Result<Trade, Error> {
+    let fewest = REPEATS;
+    let most = if quick { fewest } else { fewest * MOST };
+    told("reference");
+    let contact = |packing: &mut Packing| packing.drop.collision = Collision::HullThenFines;
+    let truth = maker.pool(scene, packing, path, REFERENCE, REFERENCE_SEED, &contact)?;
+    let bands = truth.tables[0].reflectances(&maker.grid.wavelengths_um())?;
+    let estimates: Vec<_> =
+        bands.iter().map(|rho| Estimate::emissivity(&truth.tables, rho)).collect();
+    let reference = Reference {
+        made_of: format!("{REFERENCE} beds of other seeds whose fines touch (`hull_then_fines`)"),
+        emissivity: estimates.iter().map(|e| e.mean).collect(),
+        standard_error: estimates.iter().map(|e| e.standard_error).collect(),
+    };
+    let mut settings = Vec::new();
+    let mut put = |level: &str, pool: &Pool, bands: &[Vec<f64>]| {
+        let of_each: Vec<Vec<f64>> = pool
+            .tables
+            .par_iter()
+            .map(|table| bands.iter().map(|rho| 1.0 - table.weight(rho).mean).collect())
+            .collect();
+        for number in (0..).map(|power| 1 << power) {
+            let groups = of_each.len() / number;
+            if groups < REPEATS {
+                break;
+            }
+            let took = Took {
+                wall_s: pool.each.wall_s * number as f64,
+                cpu_s: pool.each.cpu_s * number as f64,
+            };
+            let mean = |group: &[Vec<f64>]| {
+                let of = |band| group.iter().map(|bed| bed[band]).sum::<f64>() / number as f64;
+                (0..bands.len()).map(of).collect()
+            };
+            let runs: Vec<Run> =
+                of_each.chunks_exact(number).map(|g| Run { took, emissivity: mean(g) }).collect();
+            let beds = if number == 1 { "1 bed".into() } else { format!("{number} beds") };
+            settings.push(Setting::of(level, beds, &runs, &reference));
+        }
+    };
+    let pool = |level: &str, beds: usize, edit: &dyn Fn(&mut Packing)| {
+        told(level);
+        maker.pool(scene, packing, path, beds, packing.seed, edit)
+    };
+    let shipped = pool("as given", most, &|_| ())?;
+    put("as given", &shipped, &bands);
+    let share = silhouette(&shipped.tables[0]);
+    for (level, factor) in [("half as wide a tray", 0.25), ("twice as wide a tray", 4.0)] {
+        let beds = if factor > 1.0 { fewest } else { most };
+        let scaled = pool(level, beds, &|packing| widen(packing, factor))?;
+        put(level, &scaled, &bands);
+    }
+    for (level, edit) in [
+        ("half the grains in the tray", (|packing| thin(packing)) as fn(&mut Packing)),
+        ("4 substeps", |packing| packing.drop.substeps = 4),
+        ("10 substeps", |packing| packing.drop.substeps = 10),
+        ("1 variant of a grain", |packing| packing.variants = 1),
+        ("fines touch", |packing| packing.drop.collision = Collision::HullThenFines),
+    ] {
+        let made = pool(level, fewest, &edit)?;
+        put(level, &made, &bands);
+    }
+    // Without fines the grains' facets have the emissivity of what their silhouettes would show.
+    let bare = pool("fines as an areal mixture", most, &|packing| {
+        for class in &mut packing.grains {
+            class.fines = Fines::Count(0);
+        }
+    })?;
+    let grains: Vec<usize> =
+        packing.grains.iter().filter_map(|class| scene.material_index(&class.material)).collect();
+    let mixed: Vec<Vec<f64>> = bands
+        .iter()
+        .map(|rho| {
+            let mix: f64 = share.iter().zip(rho).map(|(share, rho)| share * rho).sum();
+            let of = |(material, rho): (usize, &f64)| {
+                if grains.contains(&material) { mix } else { *rho }
+            };
+            rho.iter().enumerate().map(of).collect()
+        })
+        .collect();
+    put("fines as an areal mixture", &bare, &mixed);
+    Ok(Trade { scene: scene.name.clone(), reference, settings })
+}
+
+/// The share of each material in the silhouettes of the grains, in their mean.
+fn silhouette(table: &Table) -> Vec<f64> {
+    let prototypes = table.coverage.len() as f64;
+    table
+        .materials
+        .iter()
+        .map(|material| {
+            let of = |cover: &crate::coverage::Cover| {
+                cover.silhouette.get(&material.name).copied().unwrap_or(0.0)
+            };
+            table.coverage.values().map(of).sum::<f64>() / prototypes
+        })
+        .collect()
+}
+
+/// As many times the area of the tray within its rim, and of the grains.
+fn widen(packing: &mut Packing, factor: f64) {
+    for length in &mut packing.tray_um {
+        *length *= factor.sqrt();
+    }
+    for class in &mut packing.grains {
+        class.count = (f64::from(class.count) * factor).round().max(1.0) as u32;
+    }
+}
+
+/// Half the depth.
+fn thin(packing: &mut Packing) {
+    for class in &mut packing.grains {
+        class.count = class.count.div_ceil(2);
+    }
+}
+
+impl Maker<'_> {
+    /// Drops and traces beds of an edited recipe.
+    fn pool(
+        &self,
+        scene: &Scene,
+        packing: &Packing,
+        path: &Path,
+        beds: usize,
+        seed: u64,
+        edit: &dyn Fn(&mut Packing),
+    ) -> Result<Pool, Error> {
+        let mut packing = packing.clone();
+        edit(&mut packing);
+        let geometry = SceneGeometry::Packing(packing.clone());
+        let scene = Scene { geometry, ..scene.clone() };
+        let seeds: Vec<u64> = (0..beds).map(|i| random::seed_of(seed, i)).collect();
+        let folder = tempfile::tempdir()
+            .map_err(|source| crate::output::OutputError { path: std::env::temp_dir(), source })?;
+        let cache = Cache::new(folder.path().to_owned());
+        let order = Order {
+            blender: self.blender,
+            scene: &scene,
+            packing: &packing,
+            seeds: &seeds,
+            of_first: &[],
+            time_limit: self.time_limit,
+        };
+        let step = Step::new("drop");
+        let (tables, took) = timed(|| {
+            let log = |i: usize| folder.path().join(format!("{i}.log"));
+            let made = order.beds(&cache, &log, &step)?;
+            made.par_iter()
+                .zip(&seeds)
+                .map(|(made, &seed)| {
+                    self.traced(&scene, &made.folder.join("scene.json"), path, seed)
+                })
+                .collect::<Result<Vec<Table>, Error>>()
+        })?;
+        step.done(&format!("{beds} beds"));
+        let each = Took { wall_s: took.wall_s / beds as f64, cpu_s: took.cpu_s / beds as f64 };
+        Ok(Pool { tables, each })
+    }
+
+    /// Traces a bed with the materials and view of the recipe's scene, whose spectra are beside `path`.
+    fn traced(&self, scene: &Scene, bed: &Path, path: &Path, seed: u64) -> Result<Table, Error> {
+        let geometry = Scene::read(bed)?.geometry;
+        let placed = Scene { geometry, seed, ..scene.clone() };
+        let tracer = trace::tracer(&placed, bed)?;
+        let materials = trace::materials(&placed, path)?;
+        trace::trace_with(&tracer, &placed, bed, materials, self.grid, Target::of(RAYS))
+    }
+}

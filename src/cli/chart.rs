@@ -1,0 +1,57 @@
+//! `soilsig chart`: error against time.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use soilsig::cache::Cache;
+use soilsig::chart::{self, Maker};
+use soilsig::error::Error;
+use soilsig::scene::{Scene, SceneGeometry};
+use soilsig::{blender, output, words};
+
+use super::{Bands, InBlender, print, tolerance};
+
+/// Charts the error of the emissivity against the time it takes, for every knob that trades one for the other
+///
+/// Of placed geometry the tracing is charted; of a packing its beds too, which takes Blender and some minutes.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Scene file, or the name of a shipped scene: full, less, sparse, bare
+    scene: PathBuf,
+    /// Folder for chart.csv, chart.svg and chart.png
+    #[arg(long, short, value_name = "FOLDER")]
+    out: PathBuf,
+    /// Half-width of the 95 % interval that is marked in the chart
+    #[arg(long, value_name = "X", default_value_t = 0.005, value_parser = tolerance)]
+    tolerance: f64,
+    /// Fewer settings and a shorter reference
+    #[arg(long)]
+    quick: bool,
+    #[command(flatten)]
+    bands: Bands,
+    #[command(flatten)]
+    in_blender: InBlender,
+}
+
+pub fn run(args: &Args, cache: &Cache) -> Result<(), Error> {
+    let path = &args.scene;
+    let scene = match soilsig::shipped::text(&path.to_string_lossy()) {
+        Some(text) => Scene::parse(text, path)?,
+        None => Scene::read(path)?,
+    };
+    let grid = args.bands.grid();
+    output::folder(&args.out)?;
+    let told = |what: &str| eprintln!("measuring: {what}");
+    let trade = match &scene.geometry {
+        SceneGeometry::Placed(_) => chart::patch(&scene, path, &grid, args.quick, &told)?,
+        SceneGeometry::Packing(packing) => {
+            let wanted = args.in_blender.blender();
+            let blender = blender::find(wanted.as_deref(), cache.blenders())?;
+            let time_limit = Duration::from_secs(args.in_blender.blender_timeout);
+            let maker = Maker { blender: &blender, grid: &grid, time_limit };
+            chart::packings(&scene, packing, path, &maker, args.quick, &told)?
+        }
+    };
+    trade.write(args.tolerance, &args.out)?;
+    print(&words::trade(&trade, args.tolerance))
+}
