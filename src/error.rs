@@ -7,6 +7,7 @@ use crate::ingest::IngestError;
 use crate::output::OutputError;
 use crate::picture::PictureError;
 use crate::plot::PlotError;
+use crate::radiometry::RadiometryError;
 use crate::record::RecordError;
 use crate::scene::SceneError;
 use crate::spectrum::SpectrumError;
@@ -90,6 +91,9 @@ pub enum Error {
         /// What is wrong with its spectrum.
         source: SpectrumError,
     },
+    /// A file of radiances is wrong or does not reach as far as is wanted.
+    #[error(transparent)]
+    Radiometry(#[from] RadiometryError),
     /// A bounce table is wrong.
     #[error(transparent)]
     Table(#[from] TableError),
@@ -128,6 +132,7 @@ impl Error {
             | Self::Ingest(_)
             | Self::Spectrum(_)
             | Self::Material { .. }
+            | Self::Radiometry(_)
             | Self::Table(_)
             | Self::Plot(_)
             | Self::Picture(_)
@@ -148,6 +153,7 @@ impl Error {
             Self::Scene(error) => error.hint(),
             Self::Ingest(error) => error.hint(),
             Self::Spectrum(error) | Self::Material { source: error, .. } => error.hint(),
+            Self::Radiometry(error) => error.hint(),
             Self::Table(error) => error.hint(),
             Self::Plot(error) => error.hint(),
             Self::Coverage { known, .. } => {
