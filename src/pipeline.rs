@@ -17,6 +17,7 @@ use crate::ingest;
 use crate::output;
 use crate::picture;
 use crate::progress::Step;
+use crate::radiometry::Assumed;
 use crate::random;
 use crate::record::{self, Output, Record, Stage};
 use crate::report;
@@ -421,7 +422,8 @@ impl Run<'_> {
     ) -> Result<Vec<Band>, Error> {
         let step = Step::new(&self.key("signature"));
         let bands = signature::evaluate(tables, wavelengths_um)?;
-        signature::write_csv(&bands, &self.place("signature.csv"))?;
+        let csv = self.place("signature.csv");
+        signature::write_csv(&bands, tables[0].temperature(), Assumed::EXACT, &csv)?;
         self.wrote("signature.csv")?;
         let title = scene.description.as_ref().unwrap_or(&scene.name);
         let chart = report::chart(title, &[(tables, &bands)], &self.record.versions);

@@ -11,7 +11,7 @@ use crate::histogram::{Mean, Radiance};
 use crate::interrupt;
 use crate::output::{self, OutputError};
 use crate::packings::Estimate;
-use crate::radiometry::Lit;
+use crate::radiometry::{self, Assumed, Lit, Measured, Retrieved, Temperature};
 use crate::spectrum::{Spectrum, SpectrumError, kirchhoff};
 use crate::table::Table;
 use crate::tally::Kept;
@@ -170,8 +170,44 @@ fn band(packings: &[Table], lit: &Lit) -> Band {
     }
 }
 
+impl Band {
+    /// The radiance as a sensor would measure it, without any error of its own, compensated for the atmosphere.
+    pub fn measured(&self) -> Measured {
+        let Estimate { mean, standard_error, .. } = self.l_sensor();
+        let l = [mean, standard_error];
+        Measured::at_sensor(self.wavelength_um, l, self.l_downwelling, self.path)
+    }
+
+    /// Radiance that reaches the sensor.
+    pub fn l_sensor(&self) -> Estimate {
+        self.path.map_or(self.l_target, |(transmittance, l_path)| Estimate {
+            mean: radiometry::at_sensor(self.l_target.mean, transmittance, l_path),
+            standard_error: transmittance * self.l_target.standard_error,
+            half_width: transmittance * self.l_target.half_width,
+            rays_standard_error: transmittance * self.l_target.rays_standard_error,
+            spread: self.l_target.spread.map(|spread| transmittance * spread),
+            trapped: transmittance * self.l_target.trapped,
+        })
+    }
+
+    /// Emissivity by Eq. 3, of the radiance that leaves the target under a cold black sky, and its standard error for
+    /// that of the temperature, K.
+    pub fn emissivity_eq3(&self, temperature: Temperature) -> [f64; 2] {
+        let l_blackbody = radiometry::planck(self.wavelength_um, temperature.k);
+        let emissivity = radiometry::emissivity(self.l_emitted.mean, l_blackbody, 0.0);
+        let slope = radiometry::planck_derivative(self.wavelength_um, temperature.k);
+        let errors = [self.l_emitted.standard_error, slope * temperature.error_k, 0.0];
+        [emissivity, radiometry::emissivity_error(emissivity, l_blackbody, 0.0, errors)]
+    }
+}
+
+/// What Eq. 2 gives of each band for a target that is taken to have one temperature.
+pub fn retrieve(bands: &[Band], temperature: Temperature, assumed: Assumed) -> Vec<Retrieved> {
+    bands.iter().map(|band| Retrieved::new(&band.measured(), temperature, assumed)).collect()
+}
+
 /// Headings of a signature's CSV file.
-pub const COLUMNS: [&str; 12] = [
+pub const COLUMNS: [&str; 23] = [
     "wavelength_um",
     "emissivity",
     "emissivity_standard_error",
@@ -181,43 +217,76 @@ pub const COLUMNS: [&str; 12] = [
     "l_emitted_w_m2_sr_um",
     "l_reflected_w_m2_sr_um",
     "l_target_w_m2_sr_um",
+    "l_emitted_standard_error_w_m2_sr_um",
+    "l_reflected_standard_error_w_m2_sr_um",
     "l_target_standard_error_w_m2_sr_um",
     "l_blackbody_w_m2_sr_um",
     "l_downwelling_w_m2_sr_um",
+    "l_sensor_w_m2_sr_um",
+    "l_sensor_standard_error_w_m2_sr_um",
+    "brightness_temperature_k",
+    "brightness_temperature_standard_error_k",
+    "amplification",
+    "emissivity_eq2",
+    "emissivity_eq2_standard_error",
+    "emissivity_eq3",
+    "emissivity_eq3_standard_error",
 ];
 
-/// A signature as CSV.
-pub fn csv_text(bands: &[Band]) -> String {
+/// A signature as CSV, with what Eq. 2 and 3 give of it for a target of that temperature. What is not known, and bands
+/// that are masked, have empty fields.
+pub fn csv_text(bands: &[Band], temperature: Temperature, assumed: Assumed) -> String {
     let mut text = COLUMNS.join(",") + "\n";
-    for b in bands {
+    for (b, retrieved) in bands.iter().zip(retrieve(bands, temperature, assumed)) {
         let e = b.emissivity;
+        let both = |of: Estimate| [Some(of.mean), Some(of.standard_error)];
+        let [sensor, sensor_error] = b.path.map_or([None; 2], |_| both(b.l_sensor()));
+        let brightness = b.measured().brightness_temperature();
+        let eq3 = b.emissivity_eq3(temperature);
         let _ = write!(text, "{}", b.wavelength_um);
-        for value in [e.mean, e.standard_error, e.half_width, e.rays_standard_error] {
-            let _ = write!(text, ",{value:.7}");
-        }
-        // Of a single packing the spread is not known: the field stays empty.
-        let _ = match e.spread {
-            Some(spread) => write!(text, ",{spread:.7}"),
-            None => write!(text, ","),
-        };
-        for radiance in [
-            b.l_emitted.mean,
-            b.l_reflected.mean,
-            b.l_target.mean,
-            b.l_target.standard_error,
-            b.l_blackbody,
-            b.l_downwelling,
+        for value in [
+            Some(e.mean),
+            Some(e.standard_error),
+            Some(e.half_width),
+            Some(e.rays_standard_error),
+            // Of a single packing the spread is not known.
+            e.spread,
+            Some(b.l_emitted.mean),
+            Some(b.l_reflected.mean),
+            Some(b.l_target.mean),
+            Some(b.l_emitted.standard_error),
+            Some(b.l_reflected.standard_error),
+            Some(b.l_target.standard_error),
+            Some(b.l_blackbody),
+            Some(b.l_downwelling),
+            sensor,
+            sensor_error,
+            brightness.map(|t| t.k),
+            brightness.map(|t| t.error_k),
+            Some(retrieved.amplification),
+            retrieved.emissivity.map(|[e, _]| e),
+            retrieved.emissivity.map(|[_, error]| error),
+            Some(eq3[0]),
+            Some(eq3[1]),
         ] {
-            let _ = write!(text, ",{radiance:.7}");
+            let _ = match value {
+                Some(value) => write!(text, ",{value:.7}"),
+                None => write!(text, ","),
+            };
         }
         text.push('\n');
     }
     text
 }
 
-/// Writes a signature as CSV.
-pub fn write_csv(bands: &[Band], path: &Path) -> Result<(), OutputError> {
-    output::bytes(path, csv_text(bands).as_bytes())
+/// Writes a signature as [CSV](csv_text).
+pub fn write_csv(
+    bands: &[Band],
+    temperature: Temperature,
+    assumed: Assumed,
+    path: &Path,
+) -> Result<(), OutputError> {
+    output::bytes(path, csv_text(bands, temperature, assumed).as_bytes())
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::histogram::{Histogram, Mean};
 use crate::in_field::InField;
 use crate::output::{self, OutputError};
-use crate::radiometry::{self, Atmosphere, Lit, RadiometryError, SkyTable};
+use crate::radiometry::{self, Atmosphere, Lit, RadiometryError, SkyTable, Temperature};
 use crate::scene::{Sky, View, is_zero};
 use crate::signature::{Grid, reflectances};
 use crate::spectrum::{Spectrum, SpectrumError};
@@ -353,6 +353,29 @@ impl Table {
         reflectances(&spectra, self.histogram.kept, wavelengths_um)
     }
 
+    /// The scene's temperature, as one that is known.
+    pub fn temperature(&self) -> Temperature {
+        Temperature { k: self.temperature_k, error_k: 0.0 }
+    }
+
+    /// Why Eq. 2 is not exact with these temperatures and this sky; empty where it is.
+    pub fn eq_2_not_exact(&self) -> Vec<String> {
+        let own = self.materials.iter().filter_map(|m| m.temperature_k);
+        let mut reasons = Vec::new();
+        if own.into_iter().any(|k| k != self.temperature_k) {
+            reasons.push("materials differ in temperature".into());
+        }
+        if self.sky_is_by_zenith() {
+            reasons.push("the sky depends on the zenith angle".into());
+        }
+        reasons
+    }
+
+    fn sky_is_by_zenith(&self) -> bool {
+        matches!(self.sky_temperature_k, Some(Sky::ByZenith(_)))
+            || self.sky_radiance.as_ref().is_some_and(SkyTable::is_by_zenith)
+    }
+
     /// What each band's radiance depends on besides the histogram.
     ///
     /// # Errors
@@ -419,12 +442,10 @@ impl Table {
         if let Some(problem) = table.sky_temperature_k.as_ref().and_then(Sky::problem) {
             return Err(wrong(problem));
         }
-        let by_zenith = matches!(table.sky_temperature_k, Some(Sky::ByZenith(_)))
-            || table.sky_radiance.as_ref().is_some_and(SkyTable::is_by_zenith);
         if table.sky_radiance.as_ref().is_some_and(|sky| !sky.is_sound()) {
             return Err(wrong("the sky's radiance is none".into()));
         }
-        if by_zenith && table.histogram.kept.zeniths == 1 {
+        if table.sky_is_by_zenith() && table.histogram.kept.zeniths == 1 {
             return Err(wrong("the sky is by zenith angle, and the states are not".into()));
         }
         if table.atmosphere.as_ref().is_some_and(|atmosphere| !atmosphere.is_sound()) {

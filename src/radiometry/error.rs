@@ -46,6 +46,14 @@ pub enum RadiometryError {
         /// Least and greatest wavelength held, um.
         held_um: [f64; 2],
     },
+    /// A method of separation has nothing to go by.
+    #[error("no temperature by {method}: {problem}")]
+    Separation {
+        /// The method.
+        method: &'static str,
+        /// What it lacks.
+        problem: String,
+    },
 }
 
 impl RadiometryError {
@@ -56,6 +64,10 @@ impl RadiometryError {
             Self::Form { .. } => {
                 Some("docs/radiometry.md shows the columns of each kind of file".into())
             }
+            Self::Separation { .. } => Some(
+                "try another method, or give the target's temperature; docs/radiometry.md says what each needs"
+                    .into(),
+            ),
             Self::File { hint, .. } => Some((*hint).into()),
             Self::Range { held_um, .. } => {
                 Some(format!("ask for a range within it: --range {}-{}", held_um[0], held_um[1]))

@@ -9,6 +9,8 @@ mod equations;
 mod error;
 mod lit;
 mod planck;
+mod retrieval;
+mod separation;
 mod sky;
 
 pub use atmosphere::Atmosphere;
@@ -19,4 +21,6 @@ pub use equations::{
 pub use error::RadiometryError;
 pub use lit::Lit;
 pub use planck::{brightness_temperature_k, planck, planck_derivative};
+pub use retrieval::{Assumed, Measured, Retrieved, Temperature, masked_in_words, masked_um};
+pub use separation::{Method, separate};
 pub use sky::SkyTable;
