@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::blender::BlenderError;
+use crate::envi::EnviError;
 use crate::ingest::IngestError;
 use crate::output::OutputError;
 use crate::picture::PictureError;
@@ -90,6 +91,9 @@ pub enum Error {
         /// What is wrong with its spectrum.
         source: SpectrumError,
     },
+    /// An ENVI image is wrong.
+    #[error(transparent)]
+    Envi(#[from] EnviError),
     /// A bounce table is wrong.
     #[error(transparent)]
     Table(#[from] TableError),
@@ -128,6 +132,7 @@ impl Error {
             | Self::Ingest(_)
             | Self::Spectrum(_)
             | Self::Material { .. }
+            | Self::Envi(_)
             | Self::Table(_)
             | Self::Plot(_)
             | Self::Picture(_)
@@ -148,6 +153,7 @@ impl Error {
             Self::Scene(error) => error.hint(),
             Self::Ingest(error) => error.hint(),
             Self::Spectrum(error) | Self::Material { source: error, .. } => error.hint(),
+            Self::Envi(error) => error.hint(),
             Self::Table(error) => error.hint(),
             Self::Plot(error) => error.hint(),
             Self::Coverage { known, .. } => {
