@@ -8,6 +8,7 @@ use crate::ingest::IngestError;
 use crate::output::OutputError;
 use crate::picture::PictureError;
 use crate::plot::PlotError;
+use crate::radiometry::RadiometryError;
 use crate::record::RecordError;
 use crate::scene::SceneError;
 use crate::spectrum::SpectrumError;
@@ -94,6 +95,9 @@ pub enum Error {
     /// An ENVI image is wrong.
     #[error(transparent)]
     Envi(#[from] EnviError),
+    /// A file of radiances is wrong or does not reach as far as is wanted.
+    #[error(transparent)]
+    Radiometry(#[from] RadiometryError),
     /// A bounce table is wrong.
     #[error(transparent)]
     Table(#[from] TableError),
@@ -133,6 +137,7 @@ impl Error {
             | Self::Spectrum(_)
             | Self::Material { .. }
             | Self::Envi(_)
+            | Self::Radiometry(_)
             | Self::Table(_)
             | Self::Plot(_)
             | Self::Picture(_)
@@ -154,6 +159,7 @@ impl Error {
             Self::Ingest(error) => error.hint(),
             Self::Spectrum(error) | Self::Material { source: error, .. } => error.hint(),
             Self::Envi(error) => error.hint(),
+            Self::Radiometry(error) => error.hint(),
             Self::Table(error) => error.hint(),
             Self::Plot(error) => error.hint(),
             Self::Coverage { known, .. } => {

@@ -14,7 +14,7 @@
 //! | when the rays are enough | [`stop`] |
 //! | emissivity of a facet | [`spectrum`], [`optics`] |
 //! | the mean over packings and its error | [`packings`] |
-//! | emissivity and radiance of the bed (Eq. 1 to 3) | [`signature`], [`radiance`] |
+//! | emissivity and radiance of the bed (Eq. 1 to 3) | [`signature`], [`radiometry`] |
 //! | charts and pictures | [`plot`], [`picture`] |
 //! | images of the bed, a spectrum for every pixel | [`cube`], [`envi`] |
 //! | what a result says of itself, in numbers and in words | [`report`], [`words`] |
@@ -51,7 +51,7 @@ pub mod packings;
 pub mod picture;
 pub mod pipeline;
 pub mod progress;
-pub mod radiance;
+pub mod radiometry;
 pub mod random;
 pub mod record;
 pub mod scene;

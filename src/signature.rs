@@ -7,11 +7,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
-use crate::histogram::{Radiance, Sources};
+use crate::histogram::{Mean, Radiance};
 use crate::interrupt;
 use crate::output::{self, OutputError};
 use crate::packings::Estimate;
-use crate::radiance;
+use crate::radiometry::Lit;
 use crate::spectrum::{Spectrum, SpectrumError, kirchhoff};
 use crate::table::Table;
 use crate::tally::Kept;
@@ -81,17 +81,17 @@ pub struct Band {
     /// temperatures.
     pub emissivity: Estimate,
     /// Radiance emitted.
-    pub l_emitted: f64,
+    pub l_emitted: Estimate,
     /// Radiance reflected from the sky.
-    pub l_reflected: f64,
-    /// Radiance that leaves the target (Eq. 1).
-    pub l_target: f64,
-    /// Its standard error.
-    pub l_target_standard_error: f64,
+    pub l_reflected: Estimate,
+    /// Radiance that leaves the target: their sum (Eq. 1).
+    pub l_target: Estimate,
     /// Radiance of a black body at the scene's temperature.
     pub l_blackbody: f64,
     /// Radiance of the sky; of one that depends on the zenith angle what a horizontal Lambertian mirror would return.
     pub l_downwelling: f64,
+    /// Transmittance and path radiance between target and sensor, if there is an atmosphere.
+    pub path: Option<(f64, f64)>,
 }
 
 /// Places within a bin of cosines at which a reflectance is taken.
@@ -142,74 +142,31 @@ pub fn reflectances(
 /// # Panics
 /// Without a table.
 pub fn evaluate(packings: &[Table], wavelengths_um: &[f64]) -> Result<Vec<Band>, Error> {
-    let reflectances = packings[0].reflectances(wavelengths_um)?;
-    wavelengths_um
-        .par_iter()
-        .zip(&reflectances)
-        .map(|(&wavelength_um, reflectance)| {
+    let lit = packings[0].lit(wavelengths_um)?;
+    lit.par_iter()
+        .map(|lit| {
             if interrupt::requested() {
                 return Err(Error::Interrupted);
             }
-            Ok(band(packings, wavelength_um, reflectance))
+            Ok(band(packings, lit))
         })
         .collect()
 }
 
-fn band(packings: &[Table], wavelength_um: f64, reflectance: &[f64]) -> Band {
-    let table = &packings[0];
-    let kept = table.histogram.kept;
-    let emissivity = Estimate::emissivity(packings, reflectance);
-    let planck = |temperature_k| radiance::planck(wavelength_um, temperature_k);
-    let l_blackbody = planck(table.temperature_k);
-    let sky = |zenith_deg| {
-        table.sky_temperature_k.as_ref().map_or(0.0, |sky| planck(sky.temperature_k(zenith_deg)))
+fn band(packings: &[Table], lit: &Lit) -> Band {
+    let seen: Vec<(Mean, Radiance)> = packings.iter().map(|p| lit.seen(&p.histogram)).collect();
+    let of = |part: fn(&(Mean, Radiance)) -> Mean| {
+        Estimate::of(&seen.iter().map(part).collect::<Vec<_>>())
     };
-    if kept.zeniths == 1 && !kept.order {
-        return isothermal(wavelength_um, emissivity, l_blackbody, sky(0.0));
-    }
-    let zeniths = f64::from(kept.zeniths);
-    let l_sky: Vec<f64> =
-        (0..kept.zeniths).map(|bin| sky((f64::from(bin) + 0.5) / zeniths * 90.0)).collect();
-    let own: Vec<f64> = table
-        .materials
-        .iter()
-        .map(|m| planck(m.temperature_k.unwrap_or(table.temperature_k)))
-        .collect();
-    let sources = Sources { reflectance, l_blackbody: &own, l_sky: &l_sky };
-    let all: Vec<Radiance> = packings.iter().map(|p| p.histogram.radiance(sources)).collect();
-    let mean = |of: &dyn Fn(&Radiance) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
-    let l_target = Estimate::of(&all.iter().map(|radiance| radiance.l_target).collect::<Vec<_>>());
     Band {
-        wavelength_um,
-        emissivity,
-        l_emitted: mean(&|radiance| radiance.l_emitted),
-        l_reflected: mean(&|radiance| radiance.l_reflected),
-        l_target: l_target.mean,
-        l_target_standard_error: l_target.standard_error,
-        l_blackbody,
-        l_downwelling: radiance::l_downwelling(&l_sky),
-    }
-}
-
-/// A band of a scene of one temperature under an isotropic sky: a path emits with all the weight that it does not bring
-/// to the sky, and reflects the sky with the rest.
-fn isothermal(
-    wavelength_um: f64,
-    emissivity: Estimate,
-    l_blackbody: f64,
-    l_downwelling: f64,
-) -> Band {
-    let l_emitted = emissivity.mean * l_blackbody;
-    let l_reflected = (1.0 - emissivity.mean) * l_downwelling;
-    Band {
-        wavelength_um,
-        emissivity,
-        l_emitted,
-        l_reflected,
-        l_target: radiance::l_target(l_emitted, l_reflected),
-        l_target_standard_error: emissivity.standard_error * (l_blackbody - l_downwelling).abs(),
-        l_blackbody,
-        l_downwelling,
+        wavelength_um: lit.wavelength_um,
+        emissivity: of(|(emissivity, _)| *emissivity),
+        l_emitted: of(|(_, radiance)| radiance.l_emitted),
+        l_reflected: of(|(_, radiance)| radiance.l_reflected),
+        l_target: of(|(_, radiance)| radiance.l_target),
+        l_blackbody: lit.l_blackbody,
+        l_downwelling: lit.l_downwelling,
+        path: lit.path,
     }
 }
 
@@ -244,10 +201,10 @@ pub fn csv_text(bands: &[Band]) -> String {
             None => write!(text, ","),
         };
         for radiance in [
-            b.l_emitted,
-            b.l_reflected,
-            b.l_target,
-            b.l_target_standard_error,
+            b.l_emitted.mean,
+            b.l_reflected.mean,
+            b.l_target.mean,
+            b.l_target.standard_error,
             b.l_blackbody,
             b.l_downwelling,
         ] {
@@ -285,28 +242,6 @@ mod tests {
             (8.0, 9.0, 1e-9),
         ] {
             assert!(Grid::new(from, to, step).is_err(), "{from} {to} {step}");
-        }
-    }
-
-    /// The best self-test of the chain: in an isothermal scene under an isotropic sky the geometry drops
-    /// out of the retrieval.
-    #[test]
-    fn eq_2_and_eq_3_give_the_same_emissivity_under_any_sky() {
-        let e = Estimate {
-            mean: 0.763,
-            standard_error: 1e-3,
-            half_width: 2e-3,
-            rays_standard_error: 1e-3,
-            spread: None,
-            trapped: 0.0,
-        };
-        for um in [7.5, 9.0, 14.0] {
-            for sky_k in [None, Some(3.0), Some(270.0), Some(299.0), Some(320.0)] {
-                let l_downwelling = sky_k.map_or(0.0, |sky_k| radiance::planck(um, sky_k));
-                let b = isothermal(um, e, radiance::planck(um, 300.0), l_downwelling);
-                let retrieved = radiance::emissivity(b.l_target, b.l_blackbody, b.l_downwelling);
-                assert!((retrieved - 0.763).abs() < 1e-12, "{um} um, sky {sky_k:?}: {retrieved}");
-            }
         }
     }
 }
