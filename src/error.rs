@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::blender::BlenderError;
+use crate::envi::EnviError;
 use crate::ingest::IngestError;
 use crate::output::OutputError;
 use crate::picture::PictureError;
@@ -91,6 +92,9 @@ pub enum Error {
         /// What is wrong with its spectrum.
         source: SpectrumError,
     },
+    /// An ENVI image is wrong.
+    #[error(transparent)]
+    Envi(#[from] EnviError),
     /// A file of radiances is wrong or does not reach as far as is wanted.
     #[error(transparent)]
     Radiometry(#[from] RadiometryError),
@@ -132,6 +136,7 @@ impl Error {
             | Self::Ingest(_)
             | Self::Spectrum(_)
             | Self::Material { .. }
+            | Self::Envi(_)
             | Self::Radiometry(_)
             | Self::Table(_)
             | Self::Plot(_)
@@ -153,6 +158,7 @@ impl Error {
             Self::Scene(error) => error.hint(),
             Self::Ingest(error) => error.hint(),
             Self::Spectrum(error) | Self::Material { source: error, .. } => error.hint(),
+            Self::Envi(error) => error.hint(),
             Self::Radiometry(error) => error.hint(),
             Self::Table(error) => error.hint(),
             Self::Plot(error) => error.hint(),

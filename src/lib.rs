@@ -16,6 +16,7 @@
 //! | the mean over packings and its error | [`packings`] |
 //! | emissivity and radiance of the bed (Eq. 1 to 3) | [`signature`], [`radiometry`] |
 //! | charts and pictures | [`plot`], [`picture`] |
+//! | images of the bed, a spectrum for every pixel | [`cube`], [`envi`] |
 //! | what a result says of itself, in numbers and in words | [`report`], [`words`] |
 //! | what was done, and doing it again | [`record`], [`cache`] |
 //!
@@ -36,6 +37,8 @@ pub mod bvh;
 pub mod cache;
 pub mod course;
 pub mod coverage;
+pub mod cube;
+pub mod envi;
 mod field;
 pub mod geometry;
 pub mod grains;
