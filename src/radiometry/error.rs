@@ -76,6 +76,7 @@ impl RadiometryError {
     }
 }
 
-fn span([from, to]: [f64; 2]) -> String {
+/// A range of wavelengths in words, or the one that it is.
+pub(super) fn span([from, to]: [f64; 2]) -> String {
     if from == to { from.to_string() } else { format!("{from}-{to}") }
 }

@@ -131,10 +131,7 @@ pub fn masked_in_words(masked_um: &[[f64; 2]], limit: f64) -> Option<String> {
     let mut text = String::from("Eq. 2 tells nothing at ");
     for (i, [from, to]) in masked_um.iter().enumerate() {
         let comma = if i > 0 { ", " } else { "" };
-        let _ = match from == to {
-            true => write!(text, "{comma}{from}"),
-            false => write!(text, "{comma}{from}-{to}"),
-        };
+        let _ = write!(text, "{comma}{}", super::error::span([*from, *to]));
     }
     let _ = write!(text, " um: it amplifies errors more than {limit} times there");
     (!masked_um.is_empty()).then_some(text)
