@@ -14,8 +14,10 @@
 //! | when the rays are enough | [`stop`] |
 //! | emissivity of a facet | [`spectrum`], [`optics`] |
 //! | the mean over packings and its error | [`packings`] |
-//! | emissivity and radiance of the bed (Eq. 1 to 3) | [`signature`], [`radiance`] |
+//! | emissivity and radiance of the bed (Eq. 1 to 3) | [`signature`], [`radiometry`] |
+//! | emissivity back from measured radiance | [`retrieve`] |
 //! | charts and pictures | [`plot`], [`picture`] |
+//! | images of the bed, a spectrum for every pixel | [`cube`], [`envi`] |
 //! | what a result says of itself, in numbers and in words | [`report`], [`words`] |
 //! | what was done, and doing it again | [`record`], [`cache`] |
 //!
@@ -37,6 +39,8 @@ pub mod cache;
 pub mod chart;
 pub mod course;
 pub mod coverage;
+pub mod cube;
+pub mod envi;
 mod field;
 pub mod geometry;
 pub mod grains;
@@ -49,9 +53,10 @@ pub mod packings;
 pub mod picture;
 pub mod pipeline;
 pub mod progress;
-pub mod radiance;
+pub mod radiometry;
 pub mod random;
 pub mod record;
+pub mod retrieve;
 pub mod scene;
 mod section;
 pub mod shipped;
