@@ -16,7 +16,7 @@
 //! | the mean over packings and its error | [`packings`] |
 //! | emissivity and radiance of the bed (Eq. 1 to 3) | [`signature`], [`radiometry`] |
 //! | charts and pictures | [`plot`], [`picture`] |
-//! | images of the bed, a spectrum for every pixel | [`cube`], [`envi`] |
+//! | images of the bed, a spectrum for every pixel | [`image`], [`cube`], [`envi`] |
 //! | what a result says of itself, in numbers and in words | [`report`], [`words`] |
 //! | what was done, and doing it again | [`record`], [`cache`] |
 //!
@@ -43,6 +43,7 @@ mod field;
 pub mod geometry;
 pub mod grains;
 pub mod histogram;
+pub mod image;
 pub mod in_field;
 pub mod ingest;
 pub mod merge;

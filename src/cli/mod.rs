@@ -3,6 +3,7 @@
 mod completions;
 mod doctor;
 mod grains;
+mod image;
 mod merge;
 mod picture;
 mod pipeline;
@@ -44,6 +45,7 @@ enum Command {
     Merge(merge::Args),
     Signature(signature::Args),
     Replay(replay::Args),
+    Image(image::Args),
     Grains(grains::Args),
     Spectra(spectra::Args),
     Picture(picture::Args),
@@ -229,6 +231,7 @@ pub fn run() -> ExitCode {
         Command::Signature(args) => signature::run(args).map(|()| None),
         Command::Replay(args) => replay::run(args),
         Command::Spectra(args) => spectra::run(args).map(|()| None),
+        Command::Image(args) => image::run(args),
         Command::Grains(args) => grains::run(args, &cache).map(|()| None),
         Command::Picture(args) => picture::run(args).map(|()| None),
         Command::Doctor(args) => doctor::run(args, cache.root()).map(|()| None),
