@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::blender::BlenderError;
 use crate::envi::EnviError;
+use crate::export::DirsigError;
 use crate::image::ImageError;
 use crate::ingest::IngestError;
 use crate::output::OutputError;
@@ -96,6 +97,9 @@ pub enum Error {
     /// An image cannot be made.
     #[error(transparent)]
     Image(#[from] ImageError),
+    /// A DIRSIG file is wrong.
+    #[error(transparent)]
+    Dirsig(#[from] DirsigError),
     /// An ENVI image is wrong.
     #[error(transparent)]
     Envi(#[from] EnviError),
@@ -141,6 +145,7 @@ impl Error {
             | Self::Spectrum(_)
             | Self::Material { .. }
             | Self::Image(_)
+            | Self::Dirsig(_)
             | Self::Envi(_)
             | Self::Radiometry(_)
             | Self::Table(_)
@@ -164,6 +169,7 @@ impl Error {
             Self::Ingest(error) => error.hint(),
             Self::Spectrum(error) | Self::Material { source: error, .. } => error.hint(),
             Self::Image(error) => error.hint(),
+            Self::Dirsig(error) => error.hint(),
             Self::Envi(error) => error.hint(),
             Self::Radiometry(error) => error.hint(),
             Self::Table(error) => error.hint(),

@@ -2,8 +2,10 @@
 
 mod completions;
 mod doctor;
+mod export;
 mod grains;
 mod image;
+mod import;
 mod merge;
 mod picture;
 mod pipeline;
@@ -46,6 +48,8 @@ enum Command {
     Signature(signature::Args),
     Replay(replay::Args),
     Image(image::Args),
+    Export(export::Args),
+    Import(import::Args),
     Grains(grains::Args),
     Spectra(spectra::Args),
     Picture(picture::Args),
@@ -232,6 +236,8 @@ pub fn run() -> ExitCode {
         Command::Replay(args) => replay::run(args),
         Command::Spectra(args) => spectra::run(args).map(|()| None),
         Command::Image(args) => image::run(args),
+        Command::Export(args) => export::run(args).map(|()| None),
+        Command::Import(args) => import::run(args).map(|()| None),
         Command::Grains(args) => grains::run(args, &cache).map(|()| None),
         Command::Picture(args) => picture::run(args).map(|()| None),
         Command::Doctor(args) => doctor::run(args, cache.root()).map(|()| None),

@@ -59,7 +59,6 @@ fn define(about: &About) -> Result<DataSet, InvalidDataSet> {
             set.add_var_f64(name, dimensions)?;
         } else {
             set.add_var_f32(name, dimensions)?;
-            set.add_var_attr_f32(name, "_FillValue", vec![f32::NAN])?;
         }
         for (key, text) in texts.iter().filter(|(_, text)| !text.is_empty()) {
             set.add_var_attr_string(name, key, text)?;
