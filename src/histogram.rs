@@ -9,20 +9,22 @@ use std::collections::HashMap;
 use serde::{Deserialize, Serialize};
 
 use crate::random::REPLICATES;
-use crate::tally::{Kept, State, Tally};
+use crate::tally::{Kept, PARTS, State, Tally};
 
-/// A state and, for each replicate that has any, how many of its paths ended in it.
+/// A state and, for each replicate that has any, how many parts of its paths ended in it.
 pub type Counted = (State, Vec<(u16, u64)>);
 
-/// How many paths of each replicate ended in which state.
+/// How many parts of the paths of each replicate ended in which state.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Histogram {
     /// What the states tell.
     pub kept: Kept,
-    /// States of paths that reached the sky, in lexical order.
+    /// Parts that make a path.
+    pub parts: u64,
+    /// States of those that reached the sky, in lexical order.
     pub escaped: Vec<Counted>,
-    /// States of paths that were given up, in lexical order.
+    /// States of those that were given up, in lexical order.
     pub trapped: Vec<Counted>,
 }
 
@@ -111,6 +113,7 @@ impl Histogram {
     pub fn of(tally: &Tally) -> Self {
         Self {
             kept: tally.kept(),
+            parts: PARTS,
             escaped: grouped(&tally.escaped),
             trapped: grouped(&tally.trapped),
         }
@@ -132,14 +135,9 @@ impl Histogram {
         tally
     }
 
-    /// How many paths it holds.
-    pub fn paths(&self) -> u64 {
-        self.escaped
-            .iter()
-            .chain(&self.trapped)
-            .flat_map(|(_, of)| of)
-            .map(|(_, count)| count)
-            .sum()
+    /// A histogram of no path.
+    pub const fn empty(kept: Kept) -> Self {
+        Self { kept, parts: PARTS, escaped: Vec::new(), trapped: Vec::new() }
     }
 
     /// Mean number of hits of a path; of one that was given up those that it had.
@@ -156,17 +154,25 @@ impl Histogram {
         let sum = escaped
             .chain(trapped)
             .flat_map(|(hits, of)| of.iter().map(move |(_, count)| hits as f64 * *count as f64));
-        sum.sum::<f64>() / self.paths() as f64
+        sum.sum::<f64>() / self.parts as f64 / self.paths()
     }
 
-    /// How many paths were given up.
-    pub fn given_up(&self) -> u64 {
-        self.trapped.iter().flat_map(|(_, of)| of).map(|(_, count)| count).sum()
+    /// How many paths it holds.
+    pub fn paths(&self) -> f64 {
+        (sum(&self.escaped) + sum(&self.trapped)) as f64 / self.parts as f64
+    }
+
+    /// How many paths were given up, those in part by their share.
+    pub fn given_up(&self) -> f64 {
+        sum(&self.trapped) as f64 / self.parts as f64
     }
 
     /// What makes a histogram that was read no histogram of so many materials.
     pub(crate) fn check(&self, materials: usize) -> Result<(), String> {
         let kept = self.kept;
+        if self.parts != PARTS {
+            return Err(format!("a path has {} parts, not {PARTS}", self.parts));
+        }
         if kept.cosines == 0 || kept.zeniths == 0 {
             return Err("a number of bins is 0".into());
         }
@@ -196,7 +202,7 @@ impl Histogram {
         Ok(())
     }
 
-    /// Paths that ended in a state, by replicate.
+    /// Parts of paths that ended in a state, by replicate.
     pub(crate) fn met(&self) -> [f64; REPLICATES] {
         let mut met = [0.0; REPLICATES];
         for (_, counts) in self.escaped.iter().chain(&self.trapped) {
@@ -296,6 +302,10 @@ impl Histogram {
     }
 }
 
+fn sum(counted: &[Counted]) -> u64 {
+    counted.iter().flat_map(|(_, of)| of).map(|(_, count)| count).sum()
+}
+
 fn grouped(counts: &HashMap<State, u64>) -> Vec<Counted> {
     let mut list: Vec<(&State, u64)> = counts.iter().map(|(key, &count)| (key, count)).collect();
     list.sort_unstable();
@@ -381,8 +391,9 @@ mod tests {
 
     #[test]
     fn the_mean_and_its_error_are_those_of_the_replicates() {
-        // Two replicates of 10 and 30 paths; facets of rho .5 and .2.
+        // Two replicates of 2 and 6 paths in fifths; facets of rho .5 and .2.
         let histogram = Histogram {
+            parts: PARTS,
             kept: Kept::PLAIN,
             escaped: vec![
                 (state(&[0, 1]), vec![(0, 4), (1, 20)]),
@@ -397,12 +408,13 @@ mod tests {
         let squares = (sums[0] - 10.0 * mean).powi(2) + (sums[1] - 30.0 * mean).powi(2);
         assert!((weight.standard_error - (2.0 * squares).sqrt() / 40.0).abs() < 1e-15);
         assert!((weight.trapped - 4.0 * 0.125 / 40.0).abs() < 1e-15);
-        assert_eq!((histogram.paths(), histogram.given_up()), (40, 4));
+        assert_eq!((histogram.paths(), histogram.given_up()), (8.0, 0.8));
     }
 
     #[test]
     fn one_replicate_tells_nothing_of_the_spread() {
         let histogram = Histogram {
+            parts: PARTS,
             kept: Kept::PLAIN,
             escaped: vec![(state(&[1]), vec![(3, 1000)])],
             trapped: Vec::new(),
@@ -417,6 +429,7 @@ mod tests {
         let kept = Kept { order: true, cosines: 1, zeniths: 2 };
         let histogram = Histogram {
             kept,
+            parts: PARTS,
             escaped: vec![(state(&[0, 1]), vec![(0, 1)]), (state(&[0, 1, 0, 0]), vec![(1, 1)])],
             trapped: Vec::new(),
         };
@@ -436,6 +449,7 @@ mod tests {
     fn what_trapped_paths_may_still_bring_is_in_the_mean_and_left_open() {
         let histogram = Histogram {
             kept: Kept { order: true, ..Kept::PLAIN },
+            parts: PARTS,
             escaped: Vec::new(),
             trapped: vec![(state(&[0]), vec![(0, 1), (1, 1)])],
         };

@@ -15,6 +15,7 @@ use crate::plot::{self, Chart, Curve};
 use crate::record::{FeatureErrors, Reached};
 use crate::signature::{Band, evaluate};
 use crate::table::{Table, TableMaterial};
+use crate::tally::PARTS;
 
 /// Pixels of a PNG in one unit of the chart.
 pub const PIXELS_PER_UNIT: f32 = 2.0;
@@ -23,9 +24,8 @@ pub const PIXELS_PER_UNIT: f32 = 2.0;
 pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
     let paths: u64 = packings.iter().map(|table| table.paths).sum();
     let met: u64 = packings.iter().map(Table::met).sum();
-    let share = |count: &dyn Fn(&Table) -> u64| {
-        packings.iter().map(count).sum::<u64>() as f64 / paths as f64
-    };
+    let share =
+        |count: &dyn Fn(&Table) -> f64| packings.iter().map(count).sum::<f64>() / paths as f64;
     let wavelengths: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
     let emissivity: Vec<f64> = bands.iter().map(|band| band.emissivity.mean).collect();
     let widest = bands
@@ -59,12 +59,12 @@ pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
             })
             .collect(),
         coverage: coverage::mean(&packings.iter().map(|t| &t.coverage).collect::<Vec<_>>()),
-        missed: share(&|table| table.missed),
-        escaped_downward: share(&|table| table.escaped_downward),
+        missed: share(&|table| table.missed as f64),
+        escaped_downward: share(&|table| table.escaped_downward as f64 / PARTS as f64),
         trapped: share(&|table| table.histogram.given_up()),
         kept: packings[0].histogram.kept,
         ended_by: packings[0].stop.ended_by,
-        inside: share(&|table| table.inside.iter().map(|inside| inside.paths).sum()),
+        inside: share(&|table| table.inside.iter().map(|inside| inside.paths as f64).sum()),
         field: InField::mean(packings),
         floor_effect: floor_effect(packings, bands),
         features: features(&wavelengths, &emissivity),

@@ -116,7 +116,7 @@ impl Sureness {
                 if (y, a.0) > (x, b.0) { b } else { a }
             })
             .expect("there is at least one band");
-        let enough = histogram.paths() as f64 >= least_met(tolerance);
+        let enough = histogram.paths() >= least_met(tolerance);
         Self { widest, weight, reached: weight.half_width() <= tolerance && enough }
     }
 }

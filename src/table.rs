@@ -19,7 +19,7 @@ use crate::stop::{Sureness, Target};
 use crate::tally::Tally;
 
 /// The format's version, the value of `soilsig_table`.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// A table cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -83,7 +83,7 @@ impl TableError {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Table {
-    /// Version of the format: 2.
+    /// Version of the format: 3.
     pub soilsig_table: u32,
     /// The scene's name.
     pub scene: String,
@@ -122,7 +122,7 @@ pub struct Table {
     pub paths: u64,
     /// Paths that met nothing, which say nothing of the target.
     pub missed: u64,
-    /// Paths that left past the target's lower side.
+    /// Parts of paths that left past the target's lower side.
     pub escaped_downward: u64,
     /// Surfaces hit in all.
     pub hits: u64,
@@ -132,6 +132,12 @@ pub struct Table {
     pub coverage: BTreeMap<String, Cover>,
     /// What the paths did.
     pub histogram: Histogram,
+}
+
+/// What of a table is read first.
+#[derive(Deserialize)]
+struct Version {
+    soilsig_table: u32,
 }
 
 /// A material as the table counts it.
@@ -333,11 +339,7 @@ impl Table {
             inside: Vec::new(),
             coverage: BTreeMap::new(),
             materials: self.materials.iter().map(TableMaterial::uncounted).collect(),
-            histogram: Histogram {
-                kept: self.histogram.kept,
-                escaped: Vec::new(),
-                trapped: Vec::new(),
-            },
+            histogram: Histogram::empty(self.histogram.kept),
             ..self.clone()
         }
     }
@@ -398,15 +400,16 @@ impl Table {
         let text = fs::read_to_string(path)
             .map_err(|source| TableError::Read { path: path.to_owned(), source })?;
         let wrong = |problem: String| TableError::Form { path: path.to_owned(), problem };
-        let table: Self = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
-        if table.soilsig_table != FORMAT {
+        let Version { soilsig_table: version } =
+            serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
+        if version != FORMAT {
             return Err(wrong(format!(
-                "version {} is not known; this program reads version {FORMAT}",
-                table.soilsig_table
+                "version {version} is not known; this program reads version {FORMAT}"
             )));
         }
+        let table: Self = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
         table.histogram.check(table.materials.len()).map_err(wrong)?;
-        if table.histogram.paths() + table.missed != table.paths {
+        if table.histogram.paths() + table.missed as f64 != table.paths as f64 {
             return Err(wrong("the states do not add up to the paths".into()));
         }
         if table.numbers[1].checked_sub(table.numbers[0]) != Some(table.paths) {
@@ -482,9 +485,8 @@ impl Table {
 
     /// Writes the table as JSON, one state a line.
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
-        let Histogram { kept, escaped, trapped } = &self.histogram;
-        let empty = Histogram { kept: *kept, escaped: Vec::new(), trapped: Vec::new() };
-        let head = Self { histogram: empty, ..self.clone() };
+        let Histogram { kept, escaped, trapped, .. } = &self.histogram;
+        let head = Self { histogram: Histogram::empty(*kept), ..self.clone() };
         let mut text = serde_json::to_string_pretty(&head).expect("a table is plain data");
         for (key, states) in [("escaped", escaped), ("trapped", trapped)] {
             let lines: Vec<String> = states

@@ -60,6 +60,10 @@ fn bin(bins: u16, value: f64) -> u16 {
     ((value * f64::from(bins)) as u16).min(bins - 1)
 }
 
+/// What a path is counted in: at its first hit so many directions are tried, and each that meets the sky brings a part
+/// of the path there. More parts cost more rays than they save (docs/tracer.md).
+pub const PARTS: u64 = 5;
+
 /// Counts over some paths. Integers throughout, so that parts add up to the same whole in any
 /// order.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -69,16 +73,16 @@ pub struct Tally {
     pub paths: u64,
     /// Paths that met nothing: they saw past the target and say nothing of it.
     pub missed: u64,
-    /// Paths that reached the sky: states, with the path's replicate as one more number at the end.
+    /// Parts of paths that reached the sky: states, with the path's replicate as one more number at the end.
     pub escaped: HashMap<State, u64>,
-    /// Paths that were given up, in the same form.
+    /// Parts of paths that were given up, in the same form.
     pub trapped: HashMap<State, u64>,
-    /// Paths that left for the sky downward, past the target's lower side.
+    /// Parts of paths that left for the sky downward, past the target's lower side.
     pub escaped_downward: u64,
     /// What the sensor sees: first hits on each material.
     pub first_hits: Vec<u64>,
-    /// Paths that were given up since they were inside a solid, by the mesh they had left, unless that was the
-    /// floor or the sensor, and the one they were in; they are among the trapped.
+    /// Paths whose rest was given up since it was inside a solid, by the mesh they had left, unless that was the
+    /// floor or the sensor, and the one they were in; it is among the trapped.
     pub inside: BTreeMap<(Option<usize>, usize), u64>,
     /// Surfaces hit in all.
     pub hits: u64,
@@ -86,12 +90,16 @@ pub struct Tally {
 }
 
 /// The path that is under way.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 struct Current {
     replicate: u16,
     hits: u16,
+    /// Parts of the path that are still under way.
+    parts: u64,
     /// Hits on each material, or all symbols.
     state: Vec<u16>,
+    /// The key of what is counted next.
+    key: Vec<u16>,
 }
 
 impl Tally {
@@ -107,7 +115,7 @@ impl Tally {
             first_hits: vec![0; materials],
             inside: BTreeMap::new(),
             hits: 0,
-            current: Current { replicate: 0, hits: 0, state: Vec::new() },
+            current: Current::default(),
         }
     }
 
@@ -121,6 +129,7 @@ impl Tally {
         self.paths += 1;
         self.current.replicate = replicate as u16;
         self.current.hits = 0;
+        self.current.parts = PARTS;
         self.current.state.clear();
         if !self.kept.lists() {
             self.current.state.resize(self.first_hits.len(), 0);
@@ -145,26 +154,36 @@ impl Tally {
         (symbol.into(), current.hits)
     }
 
-    /// Ends the path in the sky; `cosine` is that of its direction with the vertical.
-    pub(crate) fn escaped(&mut self, cosine: f64) {
+    /// The share of the current path that is still under way.
+    pub(crate) fn share(&self) -> f64 {
+        self.current.parts as f64 / PARTS as f64
+    }
+
+    /// So many parts of the current path reach the sky; `cosine` is that of their direction with the vertical.
+    pub(crate) fn escaped(&mut self, cosine: f64, parts: u64) {
+        self.current.parts -= parts;
         if self.current.hits == 0 {
             self.missed += 1;
             return;
         }
-        self.escaped_downward += u64::from(cosine < 0.0);
+        self.escaped_downward += if cosine < 0.0 { parts } else { 0 };
         let zenith = (self.kept.zeniths > 1)
             .then(|| bin(self.kept.zeniths, cosine.clamp(0.0, 1.0).acos() / FRAC_PI_2));
-        self.current.end(self.kept, zenith);
-        count(&mut self.escaped, &self.current.state, 1);
+        count(&mut self.escaped, self.current.key(self.kept, zenith), parts);
     }
 
-    /// Gives the path up.
+    /// What is left of the current path reaches the sky.
+    pub(crate) fn ended(&mut self, cosine: f64) {
+        self.escaped(cosine, self.current.parts);
+    }
+
+    /// What is left of the current path is given up.
     pub(crate) fn trapped(&mut self) {
-        self.current.end(self.kept, None);
-        count(&mut self.trapped, &self.current.state, 1);
+        let parts = self.current.parts;
+        count(&mut self.trapped, self.current.key(self.kept, None), parts);
     }
 
-    /// Gives the path up since it is inside a solid.
+    /// The same since it is inside a solid.
     pub(crate) fn buried(&mut self, left: Option<usize>, mesh: usize) {
         *self.inside.entry((left, mesh)).or_default() += 1;
         self.trapped();
@@ -193,12 +212,16 @@ impl Tally {
 }
 
 impl Current {
-    fn end(&mut self, kept: Kept, zenith: Option<u16>) {
+    /// What the path is counted under if it ends here.
+    fn key(&mut self, kept: Kept, zenith: Option<u16>) -> &[u16] {
+        self.key.clear();
+        self.key.extend_from_slice(&self.state);
         if kept.lists() && !kept.order {
-            self.state.sort_unstable();
+            self.key.sort_unstable();
         }
-        self.state.extend(zenith);
-        self.state.push(self.replicate);
+        self.key.extend(zenith);
+        self.key.push(self.replicate);
+        &self.key
     }
 }
 

@@ -158,7 +158,7 @@ pub(crate) fn untraced(
         hits: 0,
         inside: Vec::new(),
         coverage: coverage(tracer, scene),
-        histogram: Histogram { kept: course.kept, escaped: Vec::new(), trapped: Vec::new() },
+        histogram: Histogram::empty(course.kept),
     })
 }
 

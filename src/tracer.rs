@@ -17,7 +17,7 @@ use crate::geometry::Bed;
 use crate::interrupt;
 use crate::random::{Point, Points, Purpose};
 use crate::scene::Sides;
-use crate::tally::Tally;
+use crate::tally::{PARTS, Tally};
 
 /// Paths that one thread traces at a go. Fixed, so that the work is cut the same way for any number of
 /// threads.
@@ -144,7 +144,7 @@ impl Tracer {
     ) {
         match self.field.enter(origin, direction) {
             Some(ray) => self.follow(course, ray, random, tally),
-            None => tally.escaped(1.0),
+            None => tally.ended(1.0),
         }
     }
 
@@ -152,9 +152,10 @@ impl Tracer {
     fn follow(&self, course: &Course, mut ray: Ray, random: &mut Point, tally: &mut Tally) {
         let mut left = None;
         let mut weight = 1.0;
+        let mut event = self.next(&mut ray);
         loop {
-            match self.next(&mut ray) {
-                Event::Sky => return tally.escaped(ray.direction.z),
+            match event {
+                Event::Sky => return tally.ended(ray.direction.z),
                 Event::Lost => return tally.trapped(),
                 Event::Inside { mesh } => return tally.buried(left, mesh),
                 Event::Hit { mesh, material, point, normal } => {
@@ -162,14 +163,73 @@ impl Tracer {
                     let facet = course.facets[usize::from(material)];
                     let (symbol, hits) = tally.hit(material, facet, -ray.direction.dot(normal));
                     weight *= course.greatest[symbol];
-                    if hits >= course.most_hits || weight < course.least_weight {
+                    if hits >= course.most_hits || weight * tally.share() < course.least_weight {
                         return tally.trapped();
                     }
-                    ray.origin = point;
-                    ray.direction = reflected(facet, ray.direction, normal, random.pair());
+                    let leaving = Leaving { ray, point, facet, normal, numbers: random.pair() };
+                    (ray, event) = if hits == 1 && facet.specular < 1.0 {
+                        match self.split(&leaving, random, tally) {
+                            Some(rest) => rest,
+                            None => return,
+                        }
+                    } else {
+                        let mut ray = leaving.ray(0);
+                        let event = self.next(&mut ray);
+                        (ray, event)
+                    };
                 }
             }
         }
+    }
+
+    /// Tries several directions at a path's first hit, where the sky is met most often. Those that meet it bring their
+    /// parts of the path there; the others together go on along one of them.
+    ///
+    /// Each direction is distributed as a single one would be, and the one that goes on is drawn uniformly, so no mean
+    /// changes, only its noise.
+    fn split(
+        &self,
+        leaving: &Leaving,
+        random: &mut Point,
+        tally: &mut Tally,
+    ) -> Option<(Ray, Event)> {
+        let mut first = leaving.ray(0);
+        let event = self.next(&mut first);
+        let mut blocked = [0; PARTS as usize];
+        let mut count = 0;
+        for number in 0..PARTS {
+            let mut ray = if number == 0 { first } else { leaving.ray(number) };
+            let sky =
+                if number == 0 { matches!(event, Event::Sky) } else { self.sees_sky(&mut ray) };
+            if sky {
+                tally.escaped(ray.direction.z, 1);
+            } else {
+                blocked[count] = number;
+                count += 1;
+            }
+        }
+        if count == 0 {
+            return None;
+        }
+        // Where the first goes is known: it is drawn rather than another as often as leaves the draw uniform over the
+        // turns of the lattice.
+        let [keep, among] = random.pair();
+        if blocked[0] == 0 && keep * (PARTS as f64) < count as f64 {
+            return Some((first, event));
+        }
+        let number = blocked[(among * count as f64) as usize];
+        if number == 0 {
+            return Some((first, event));
+        }
+        let mut ray = leaving.ray(number);
+        let event = self.next(&mut ray);
+        Some((ray, event))
+    }
+
+    /// Whether a ray reaches the sky.
+    fn sees_sky(&self, ray: &mut Ray) -> bool {
+        let any = |ray: &Ray, t_max| self.accelerator.any(ray.origin, ray.direction, t_max);
+        matches!(self.field.follow(ray, |ray, t_max| any(ray, t_max).then_some(())), Meets::Sky)
     }
 
     /// Follows a ray to the next surface.
@@ -228,6 +288,32 @@ impl Tracer {
             Event::Hit { mesh, material, .. } => Some((mesh, material)),
             Event::Sky | Event::Lost | Event::Inside { .. } => None,
         }
+    }
+}
+
+/// How a path leaves a facet.
+struct Leaving {
+    /// The ray that came.
+    ray: Ray,
+    point: DVec3,
+    facet: Facet,
+    normal: DVec3,
+    /// Where the first of the directions lies among all.
+    numbers: [f64; 2],
+}
+
+impl Leaving {
+    /// The ray of that number below [`PARTS`]: the numbers lie on a Fibonacci lattice, which is even in both coordinates.
+    fn ray(&self, number: u64) -> Ray {
+        const LATTICE: [u64; 2] = [1, 2];
+        let mut at = self.numbers;
+        for (x, step) in at.iter_mut().zip(LATTICE) {
+            *x = (*x + (number * step % PARTS) as f64 / PARTS as f64).fract();
+        }
+        let mut ray = self.ray;
+        ray.origin = self.point;
+        ray.direction = reflected(self.facet, ray.direction, self.normal, at);
+        ray
     }
 }
 

@@ -125,7 +125,21 @@ impl Accelerator {
     #[inline]
     pub fn closest(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<Hit> {
         STACK.with_borrow_mut(|stack| {
-            lanes::with_best(InBed { accelerator: self, origin, direction, t_max, stack }).found()
+            let any = false;
+            lanes::with_best(InBed { accelerator: self, origin, direction, t_max, any, stack })
+                .found()
+        })
+    }
+
+    /// Whether there is a hit within `t_max` um of `origin` along the unit vector `direction`: less work than to
+    /// say where the nearest is.
+    #[inline]
+    pub fn any(&self, origin: DVec3, direction: DVec3, t_max: f64) -> bool {
+        STACK.with_borrow_mut(|stack| {
+            let any = true;
+            lanes::with_best(InBed { accelerator: self, origin, direction, t_max, any, stack })
+                .found()
+                .is_some()
         })
     }
 }
@@ -136,6 +150,8 @@ struct InBed<'a> {
     origin: DVec3,
     direction: DVec3,
     t_max: f64,
+    /// Whether any hit will do.
+    any: bool,
     stack: &'a mut Stack,
 }
 
@@ -144,13 +160,13 @@ impl Work for InBed<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> Hit {
-        let Self { accelerator, origin, direction, t_max, stack } = self;
+        let Self { accelerator, origin, direction, t_max, any, stack } = self;
         let mut best = Hit::none(t_max);
         let from_middle = origin - accelerator.middle;
         let reach = accelerator.reach.max(above(from_middle.abs().max_element()));
         let slabs = Slabs::<L>::new(from_middle, direction, reach);
         let lanes = PhantomData::<L>;
-        let at = AtInstance { accelerator, origin, direction, best: &mut best, lanes };
+        let at = AtInstance { accelerator, origin, direction, any, best: &mut best, lanes };
         walk(&accelerator.top, &slabs, above(t_max), stack, at);
         best
     }
@@ -161,6 +177,7 @@ struct AtInstance<'a, L> {
     accelerator: &'a Accelerator,
     origin: DVec3,
     direction: DVec3,
+    any: bool,
     best: &'a mut Hit,
     lanes: PhantomData<L>,
 }
@@ -174,8 +191,8 @@ impl<L: Lanes> AtLeaf for AtInstance<'_, L> {
             instance.to_mesh.transform_vector3(self.direction),
         );
         let mesh = &self.accelerator.meshes[instance.mesh];
-        mesh.nearest::<L>(&ray, entered, instance.placement, self.best, stack);
-        above(self.best.t)
+        mesh.nearest::<L>(&ray, entered, instance.placement, self.any, self.best, stack);
+        if self.any && self.best.placement != usize::MAX { END } else { above(self.best.t) }
     }
 }
 
@@ -192,7 +209,7 @@ impl Work for InMesh<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> Hit {
         let mut best = Hit::none(f64::INFINITY);
-        self.mesh.nearest::<L>(&self.ray, 0.0, 0, &mut best, self.stack);
+        self.mesh.nearest::<L>(&self.ray, 0.0, 0, false, &mut best, self.stack);
         best
     }
 }
@@ -217,6 +234,9 @@ impl Alone<'_> {
         hit.map(|hit| hit.triangle)
     }
 }
+
+/// Where a ray ends that need not go on: before every box.
+const END: f32 = f32::NEG_INFINITY;
 
 /// The least single above a double.
 #[inline(always)]
@@ -247,6 +267,7 @@ impl MeshTree {
         ray: &Ray,
         start: f32,
         placement: usize,
+        any: bool,
         best: &mut Hit,
         stack: &mut Stack,
     ) {
@@ -257,7 +278,7 @@ impl MeshTree {
         let slabs = Slabs::<L>::new(origin, ray.direction, reach);
         let cull = Cull::<L>::new(ray, origin, reach);
         let t_max = above(best.t - start);
-        let at = AtBlock { mesh: self, ray, cull, start, placement, best, t_max };
+        let at = AtBlock { mesh: self, ray, cull, start, placement, any, best, t_max };
         walk(&self.tree, &slabs, t_max, stack, at);
     }
 }
@@ -269,6 +290,7 @@ struct AtBlock<'a, L> {
     cull: Cull<L>,
     start: f64,
     placement: usize,
+    any: bool,
     best: &'a mut Hit,
     t_max: f32,
 }
@@ -288,6 +310,9 @@ impl<L: Lanes> AtLeaf for AtBlock<'_, L> {
                 if met.t < best.t || met.t == best.t && first {
                     *best = Hit { t: met.t, placement, triangle, weights: met.weights() };
                     self.t_max = above(met.t - self.start);
+                    if self.any {
+                        return END;
+                    }
                 }
             }
         }
@@ -419,6 +444,7 @@ mod tests {
                     origin,
                     direction,
                     t_max,
+                    any: false,
                     stack: &mut stack,
                 };
                 assert_eq!(search.run::<Portable>().found(), expected, "without vectors");

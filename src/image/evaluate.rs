@@ -246,7 +246,7 @@ mod tests {
                 .collect();
             let trapped: Vec<Counted> =
                 (30..34).map(|number| (state(number).into(), counts(number))).collect();
-            let histogram = Histogram { kept, escaped, trapped };
+            let histogram = Histogram { kept, parts: 5, escaped, trapped };
             let lit: Vec<Lit> = bands
                 .nodes_um
                 .iter()

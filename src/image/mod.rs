@@ -262,7 +262,7 @@ fn seen(
     noise: impl FnOnce(&mut [f32], &mut [f32]),
 ) -> Pixel {
     let paths = traced.paths;
-    if traced.histogram.paths() == 0 {
+    if traced.histogram.paths() == 0.0 {
         let nothing = [const { Vec::new() }; 3].map(|mut values: Vec<f32>| {
             values.resize(bands, f32::NAN);
             values

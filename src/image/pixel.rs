@@ -42,7 +42,7 @@ impl Pixels<'_> {
     /// spread would be believed.
     pub(super) fn trace(&self, pilot: &Evaluator, pixel: [usize; 2]) -> Traced {
         let traced = self.paths(Purpose::ImagePilot, pixel, PILOT);
-        let paths = if traced.histogram.paths() == 0 {
+        let paths = if traced.histogram.paths() == 0.0 {
             PILOT
         } else {
             let error = widest(&pilot.spectra(&traced.histogram).emissivity);
