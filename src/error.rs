@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use crate::blender::BlenderError;
 use crate::envi::EnviError;
+use crate::export::DirsigError;
+use crate::image::ImageError;
 use crate::ingest::IngestError;
 use crate::output::OutputError;
 use crate::picture::PictureError;
@@ -92,6 +94,12 @@ pub enum Error {
         /// What is wrong with its spectrum.
         source: SpectrumError,
     },
+    /// An image cannot be made.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// A DIRSIG file is wrong.
+    #[error(transparent)]
+    Dirsig(#[from] DirsigError),
     /// An ENVI image is wrong.
     #[error(transparent)]
     Envi(#[from] EnviError),
@@ -136,6 +144,8 @@ impl Error {
             | Self::Ingest(_)
             | Self::Spectrum(_)
             | Self::Material { .. }
+            | Self::Image(_)
+            | Self::Dirsig(_)
             | Self::Envi(_)
             | Self::Radiometry(_)
             | Self::Table(_)
@@ -158,6 +168,8 @@ impl Error {
             Self::Scene(error) => error.hint(),
             Self::Ingest(error) => error.hint(),
             Self::Spectrum(error) | Self::Material { source: error, .. } => error.hint(),
+            Self::Image(error) => error.hint(),
+            Self::Dirsig(error) => error.hint(),
             Self::Envi(error) => error.hint(),
             Self::Radiometry(error) => error.hint(),
             Self::Table(error) => error.hint(),

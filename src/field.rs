@@ -110,6 +110,37 @@ impl Field {
         Ray { origin: place + below_um / direction.z * direction, direction, cell, turn }
     }
 
+    /// A ray from anywhere above, given in the coordinates of the scene, where it comes into the domain's box or into that
+    /// of another cell; of a field the middle patch stands where the domain is. `None` if it never comes down.
+    pub(crate) fn enter(&self, origin: DVec3, direction: DVec3) -> Option<Ray> {
+        let Domain { min_um: min, max_um: max, sides, patches, .. } = self.domain;
+        if sides == Sides::Open {
+            return Some(Ray { origin, direction, cell: [0, 0], turn: Turn::default() });
+        }
+        if direction.z >= 0.0 {
+            return None;
+        }
+        let place = origin + (max.z - origin.z).min(0.0) / direction.z * direction;
+        let (mut cell, mut inward) = ([0; 2], [0.0; 2]);
+        for axis in 0..2 {
+            let size = max[axis] - min[axis];
+            let number = ((place[axis] - min[axis]) / size).floor();
+            cell[axis] = number as i32 + patches[axis] as i32 / 2;
+            inward[axis] = (place[axis] - min[axis] - number * size).clamp(0.0, size);
+        }
+        let turn = self.turn(cell);
+        let mut ray = Ray { origin: place, direction: turn.to_patch(direction), cell, turn };
+        for axis in 0..2 {
+            let over = turn.other(axis);
+            ray.origin[axis] = if turn.flipped[over] {
+                max[axis] - inward[over]
+            } else {
+                min[axis] + inward[over]
+            };
+        }
+        Some(ray)
+    }
+
     /// Follows a ray to what it meets first, from cell to cell. `closest` gives the nearest hit on a mesh
     /// of the patch within a distance, um.
     pub(crate) fn follow<H>(
@@ -309,7 +340,7 @@ impl Footprint {
         Self { corner, right: 2.0 * reach(right) * right, up: 2.0 * reach(up) * up }
     }
 
-    fn at(&self, [u, v]: [f64; 2]) -> DVec3 {
+    pub(crate) fn at(&self, [u, v]: [f64; 2]) -> DVec3 {
         self.corner + u * self.right + v * self.up
     }
 }

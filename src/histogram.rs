@@ -71,10 +71,38 @@ pub struct Sources<'a> {
     pub l_sky: &'a [f64],
 }
 
+impl Sources<'_> {
+    /// Of facets and of the sky: the darkest, the brightest and half of what is midway.
+    fn ends(&self) -> [(f64, f64, f64); 2] {
+        [self.l_blackbody, self.l_sky].map(|l| {
+            let ends = (
+                l.iter().fold(f64::INFINITY, |a, &b| a.min(b)),
+                l.iter().fold(0.0, |a: f64, &b| a.max(b)),
+            );
+            (ends.0, ends.1, f64::midpoint(ends.0, ends.1) / 2.0)
+        })
+    }
+
+    /// The brightest of all facets and the sky.
+    pub(crate) fn brightest(&self) -> f64 {
+        let [facets, sky] = self.ends();
+        facets.1.max(sky.1)
+    }
+
+    /// What a trapped path would still have brought for all of its weight, and how far from the truth that can be: as half
+    /// from facets and half from the sky, at the middle of each.
+    pub(crate) fn still_to_come(&self) -> (f64, f64) {
+        let [facets, sky] = self.ends();
+        let (darkest, brightest) = (facets.0.min(sky.0), facets.1.max(sky.1));
+        let middle = facets.2 + sky.2;
+        (middle, (brightest - middle).max(middle - darkest))
+    }
+}
+
 /// Sums over the paths of each replicate.
-struct Sums {
-    value: [f64; REPLICATES],
-    open: f64,
+pub(crate) struct Sums {
+    pub(crate) value: [f64; REPLICATES],
+    pub(crate) open: f64,
 }
 
 /// Powers of a reflectance that are computed beforehand.
@@ -110,6 +138,23 @@ impl Histogram {
     /// A histogram of no path.
     pub const fn empty(kept: Kept) -> Self {
         Self { kept, parts: PARTS, escaped: Vec::new(), trapped: Vec::new() }
+    }
+
+    /// Mean number of hits of a path; of one that was given up those that it had.
+    pub fn mean_hits(&self) -> f64 {
+        let hits = |hits: &[u16]| {
+            if self.kept.lists() {
+                hits.len() as u64
+            } else {
+                hits.iter().copied().map(u64::from).sum()
+            }
+        };
+        let escaped = self.escaped.iter().map(|(state, of)| (hits(self.kept.split(state).0), of));
+        let trapped = self.trapped.iter().map(|(state, of)| (hits(state), of));
+        let sum = escaped
+            .chain(trapped)
+            .flat_map(|(hits, of)| of.iter().map(move |(_, count)| hits as f64 * *count as f64));
+        sum.sum::<f64>() / self.parts as f64 / self.paths()
     }
 
     /// How many paths it holds.
@@ -158,7 +203,7 @@ impl Histogram {
     }
 
     /// Parts of paths that ended in a state, by replicate.
-    fn met(&self) -> [f64; REPLICATES] {
+    pub(crate) fn met(&self) -> [f64; REPLICATES] {
         let mut met = [0.0; REPLICATES];
         for (_, counts) in self.escaped.iter().chain(&self.trapped) {
             for &(replicate, count) in counts {
@@ -230,17 +275,9 @@ impl Histogram {
                 (sum + weight * (1.0 - rho) * l_blackbody, weight * rho)
             })
         };
-        // A trapped path would have brought its weight to facets and sky; it counts as half for each, at their middle.
-        let [facets, sky] = [l_blackbody, l_sky].map(|l| {
-            let ends = (
-                l.iter().fold(f64::INFINITY, |a, &b| a.min(b)),
-                l.iter().fold(0.0, |a: f64, &b| a.max(b)),
-            );
-            (ends.0, ends.1, f64::midpoint(ends.0, ends.1) / 2.0)
-        });
-        let (darkest, brightest) = (facets.0.min(sky.0), facets.1.max(sky.1));
-        let middle = facets.2 + sky.2;
-        let furthest = (brightest - middle).max(middle - darkest);
+        let [facets, sky] = sources.ends();
+        let (middle, furthest) = sources.still_to_come();
+        let brightest = sources.brightest();
         let [mut target, mut all_emitted, mut all_reflected] = [const { Sums::new() }; 3];
         for (state, counts) in &self.escaped {
             let (hits, bin) = self.kept.split(state);
@@ -329,7 +366,7 @@ impl Sums {
     /// is itself random.
     ///
     /// One replicate tells nothing of the spread: then it is the widest that numbers up to `greatest` can have.
-    fn mean(&self, met: &[f64; REPLICATES], greatest: f64) -> Mean {
+    pub(crate) fn mean(&self, met: &[f64; REPLICATES], greatest: f64) -> Mean {
         let paths: f64 = met.iter().sum();
         let mean = self.value.iter().sum::<f64>() / paths;
         let replicates = met.iter().filter(|&&met| met > 0.0).count() as f64;

@@ -17,7 +17,8 @@
 //! | emissivity and radiance of the bed (Eq. 1 to 3) | [`signature`], [`radiometry`] |
 //! | emissivity back from measured radiance | [`retrieve`] |
 //! | charts and pictures | [`plot`], [`picture`] |
-//! | images of the bed, a spectrum for every pixel | [`cube`], [`envi`] |
+//! | images of the bed, a spectrum for every pixel | [`image`], [`cube`], [`envi`] |
+//! | the scene for other programs, and from them | [`export`] |
 //! | what a result says of itself, in numbers and in words | [`report`], [`words`] |
 //! | what was done, and doing it again | [`record`], [`cache`] |
 //!
@@ -41,10 +42,12 @@ pub mod course;
 pub mod coverage;
 pub mod cube;
 pub mod envi;
+pub mod export;
 mod field;
 pub mod geometry;
 pub mod grains;
 pub mod histogram;
+pub mod image;
 pub mod in_field;
 pub mod ingest;
 pub mod merge;

@@ -52,21 +52,26 @@ pub fn folder(path: &Path) -> Result<(), OutputError> {
     fs::create_dir_all(path).map_err(at(path))
 }
 
+fn parent(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
+fn beside(parent: &Path) -> io::Result<tempfile::NamedTempFile> {
+    tempfile::Builder::new().prefix(".soilsig-").permissions(open_permissions()).tempfile_in(parent)
+}
+
 /// Writes one file through `fill`; what stood there before is replaced only when all is written.
 pub fn file(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), OutputError> {
-    let parent = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
+    let parent = parent(path);
     folder(parent)?;
     let write = || -> io::Result<()> {
-        let mut beside = tempfile::Builder::new()
-            .prefix(".soilsig-")
-            .permissions(open_permissions())
-            .tempfile_in(parent)?;
+        let mut beside = beside(parent)?;
         let mut writer = BufWriter::new(beside.as_file_mut());
         fill(&mut writer)?;
         writer.flush()?;
@@ -75,6 +80,43 @@ pub fn file(
         Ok(())
     };
     write().map_err(at(path))
+}
+
+/// A file that is written bit by bit beside its place, and stands there only when all is written; dropped before, it
+/// leaves nothing.
+pub struct Beside {
+    path: PathBuf,
+    file: tempfile::NamedTempFile,
+}
+
+impl Beside {
+    /// Begins a file.
+    pub fn new(path: &Path) -> Result<Self, OutputError> {
+        let parent = parent(path);
+        folder(parent)?;
+        Ok(Self { path: path.to_owned(), file: beside(parent).map_err(at(path))? })
+    }
+
+    /// Writes bytes at a place.
+    pub fn write_at(&self, bytes: &[u8], place: u64) -> Result<(), OutputError> {
+        use std::os::unix::fs::FileExt;
+        self.file.as_file().write_all_at(bytes, place).map_err(at(&self.path))
+    }
+
+    /// Another handle of the file, for whoever writes it in a way of its own.
+    pub fn handle(&self) -> Result<fs::File, OutputError> {
+        self.file.reopen().map_err(at(&self.path))
+    }
+
+    /// What happened to the file, as an error that names its place.
+    pub fn error(&self, source: io::Error) -> OutputError {
+        at(&self.path)(source)
+    }
+
+    /// Puts the file in its place.
+    pub fn done(self) -> Result<(), OutputError> {
+        self.file.persist(&self.path).map(|_| ()).map_err(|e| at(&self.path)(e.error))
+    }
 }
 
 /// Writes bytes as one file.

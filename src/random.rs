@@ -31,6 +31,12 @@ pub enum Purpose {
     Packing = 2,
     /// What of each prototype is seen.
     Coverage = 3,
+    /// The paths of an image's pixels.
+    Image = 4,
+    /// The paths that only tell how many a pixel needs.
+    ImagePilot = 5,
+    /// Noise of the sensor.
+    SensorNoise = 6,
 }
 
 /// Where paths take their numbers from.
@@ -41,6 +47,10 @@ pub enum Sampler {
     /// Independent numbers: what the sequence is compared with.
     Independent,
 }
+
+/// Paths that share one scrambling of each replicate: a pixel has no more, and the paths of pixel n are numbered
+/// from n times as many on.
+pub(crate) const STRETCH: u64 = SEQUENCE * REPLICATES as u64;
 
 /// The points of all paths of one seed and purpose: Sobol' sequences with Owen's scrambling by hashes
 /// (Burley, J. Comput. Graph. Tech. 9(4), 2020), one for each replicate.

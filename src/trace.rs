@@ -126,6 +126,42 @@ pub fn coverage(tracer: &Tracer, scene: &Scene) -> BTreeMap<String, Cover> {
     coverage::measure(tracer, &materials, scene.seed)
 }
 
+/// The table of a scene of which nothing is traced yet.
+pub(crate) fn untraced(
+    tracer: &Tracer,
+    scene: &Scene,
+    path: &Path,
+    course: &Course,
+    materials: Vec<TableMaterial>,
+    air: Air,
+    stop: Stop,
+) -> Result<Table, Error> {
+    Ok(Table {
+        soilsig_table: table::FORMAT,
+        scene: scene.name.clone(),
+        scene_sha256: scene_sha256(scene, path)?,
+        temperature_k: scene.temperature_k,
+        sky_temperature_k: scene.sky_temperature_k.clone(),
+        sky_radiance: air.sky_radiance,
+        atmosphere: air.atmosphere,
+        view: scene.view,
+        seed: scene.seed,
+        max_bounces: course.most_hits,
+        materials,
+        stop,
+        floor: floor_alone(tracer),
+        field: InField::of(tracer.bed()),
+        numbers: [0, 0],
+        paths: 0,
+        missed: 0,
+        escaped_downward: 0,
+        hits: 0,
+        inside: Vec::new(),
+        coverage: coverage(tracer, scene),
+        histogram: Histogram::empty(course.kept),
+    })
+}
+
 /// Traces a scene until the widest of the bands of `grid` has its half-width.
 ///
 /// Where a file for what is `kept` is given, an interrupted trace leaves there what it has, and one that finds
@@ -170,32 +206,10 @@ fn traced(
     let course = Course::new(scene, &spectra);
     let bands = bands(&materials, course.kept, &wavelengths_um, path)?;
     let course = course.ending_below(target.least_weight(), &bands);
-    let Air { sky_radiance, atmosphere } = air(scene, path, &wavelengths_um)?;
     let names: Vec<&str> = tracer.bed().meshes.iter().map(|mesh| mesh.name.as_str()).collect();
-    let empty = Table {
-        soilsig_table: table::FORMAT,
-        scene: scene.name.clone(),
-        scene_sha256: scene_sha256(scene, path)?,
-        temperature_k: scene.temperature_k,
-        sky_temperature_k: scene.sky_temperature_k.clone(),
-        sky_radiance,
-        atmosphere,
-        view: scene.view,
-        seed: scene.seed,
-        max_bounces: course.most_hits,
-        materials,
-        stop: Stop::new(&target, grid.clone()),
-        floor: floor_alone(tracer),
-        field: InField::of(tracer.bed()),
-        numbers: [0, 0],
-        paths: 0,
-        missed: 0,
-        escaped_downward: 0,
-        hits: 0,
-        inside: Vec::new(),
-        coverage: coverage(tracer, scene),
-        histogram: Histogram::empty(course.kept),
-    };
+    let air = air(scene, path, &wavelengths_um)?;
+    let empty =
+        untraced(tracer, scene, path, &course, materials, air, Stop::new(&target, grid.clone()))?;
     let first = target.exactly.map_or(0, |part| part.first);
     let table_of = |traced: &Traced| {
         let mut table = empty.clone();

@@ -129,7 +129,27 @@ impl Tracer {
 
     /// One path, from the sensor until it leaves for the sky or is given up.
     fn path(&self, course: &Course, random: &mut Point, tally: &mut Tally) {
-        let mut ray = self.field.start(random.pair(), || random.pair());
+        let ray = self.field.start(random.pair(), || random.pair());
+        self.follow(course, ray, random, tally);
+    }
+
+    /// One path of a camera, whose ray is given in the coordinates of the scene and comes from above; a ray that never
+    /// comes down misses.
+    pub(crate) fn path_of_camera(
+        &self,
+        course: &Course,
+        (origin, direction): (DVec3, DVec3),
+        random: &mut Point,
+        tally: &mut Tally,
+    ) {
+        match self.field.enter(origin, direction) {
+            Some(ray) => self.follow(course, ray, random, tally),
+            None => tally.ended(1.0),
+        }
+    }
+
+    /// A path from its first ray on.
+    fn follow(&self, course: &Course, mut ray: Ray, random: &mut Point, tally: &mut Tally) {
         let mut left = None;
         let mut weight = 1.0;
         let mut event = self.next(&mut ray);

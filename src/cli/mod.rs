@@ -3,7 +3,10 @@
 mod chart;
 mod completions;
 mod doctor;
+mod export;
 mod grains;
+mod image;
+mod import;
 mod merge;
 mod picture;
 mod pipeline;
@@ -48,6 +51,9 @@ enum Command {
     Signature(signature::Args),
     Retrieve(retrieve::Args),
     Replay(replay::Args),
+    Image(image::Args),
+    Export(export::Args),
+    Import(import::Args),
     Grains(grains::Args),
     Spectra(spectra::Args),
     Picture(picture::Args),
@@ -263,6 +269,9 @@ pub fn run() -> ExitCode {
         Command::Retrieve(args) => retrieve::run(args).map(|()| None),
         Command::Replay(args) => replay::run(args),
         Command::Spectra(args) => spectra::run(args).map(|()| None),
+        Command::Image(args) => image::run(args),
+        Command::Export(args) => export::run(args).map(|()| None),
+        Command::Import(args) => import::run(args).map(|()| None),
         Command::Grains(args) => grains::run(args, &cache).map(|()| None),
         Command::Picture(args) => picture::run(args).map(|()| None),
         Command::Chart(args) => chart::run(args, &cache).map(|()| None),

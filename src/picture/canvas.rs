@@ -6,13 +6,13 @@ use crate::plot::svg::{Anchor, Svg, text_width};
 use crate::plot::{self, PlotError};
 
 /// Size of all writing, pixels.
-pub(super) const TEXT: f64 = 15.0;
+pub(crate) const TEXT: f64 = 15.0;
 /// Levels of each colour: an eye sees no difference to 256, and the file is half as large.
 const LEVELS: f32 = 48.0;
 
 /// A picture: 8-bit red, green and blue, row by row from the top.
 #[derive(Debug, Clone)]
-pub(super) struct Canvas {
+pub(crate) struct Canvas {
     pub width: usize,
     pub height: usize,
     pub rgb: Vec<u8>,
@@ -84,12 +84,12 @@ fn encoded(light: f32) -> f32 {
 }
 
 /// A level of sRGB, 0 to 1, as linear light.
-pub(super) fn linear(level: f32) -> f32 {
+pub(crate) fn linear(level: f32) -> f32 {
     if level <= 0.040_45 { level / 12.92 } else { ((level + 0.055) / 1.055).powf(2.4) }
 }
 
 /// The greatest 1, 2 or 5 times a power of ten that is no longer than a quarter of a width, um.
-pub(super) fn bar_um(width_um: f64) -> f64 {
+pub(crate) fn bar_um(width_um: f64) -> f64 {
     let most = width_um / 4.0;
     let ten = 10f64.powf(most.log10().floor());
     [5.0, 2.0].into_iter().map(|n| n * ten).find(|&um| um <= most).unwrap_or(ten)
@@ -97,7 +97,7 @@ pub(super) fn bar_um(width_um: f64) -> f64 {
 
 /// What a scale bar is drawn on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Ground {
+pub(crate) enum Ground {
     /// White.
     Paper,
     /// Any colours: the bar gets a dark plate.
@@ -105,7 +105,7 @@ pub(super) enum Ground {
 }
 
 /// A scale bar with its length above it; its lower left corner is at (x, y).
-pub(super) fn scale_bar(
+pub(crate) fn scale_bar(
     svg: &mut Svg,
     (x, y): (f64, f64),
     width_um: f64,

@@ -14,7 +14,7 @@
 //! The same input gives the same bytes on any number of threads.
 
 mod camera;
-mod canvas;
+pub(crate) mod canvas;
 mod coverages;
 mod drop;
 mod error;
@@ -22,7 +22,7 @@ mod frames;
 mod grain;
 mod light;
 mod patch;
-mod render;
+pub(crate) mod render;
 mod source;
 mod stage;
 mod tray;

@@ -40,7 +40,7 @@ pub(super) struct Rendered {
 }
 
 /// The colour of a material, levels of sRGB, 0 to 1.
-pub(super) fn colour(material: usize) -> [f32; 3] {
+pub(crate) fn colour(material: usize) -> [f32; 3] {
     COLOURS[material % COLOURS.len()]
 }
 

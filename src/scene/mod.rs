@@ -8,6 +8,7 @@
 mod check;
 mod packing;
 mod placed;
+mod sensor;
 mod sky;
 
 use std::fs;
@@ -19,6 +20,7 @@ use serde::{Deserialize, Serialize};
 use check::{Checked, need, temperature, unique};
 pub use packing::{Collision, Cover, Drop, Dust, FineClass, Fines, GrainClass, Packing, Shape};
 pub use placed::{Domain, Floor, Instance, Placed, Prototype, Sides, UpAxis};
+pub use sensor::{Noise, Optics, Sensor, SensorBands};
 pub use sky::{Sky, SkyPoint, SkyRadiance};
 
 /// The format's version, the value of `soilsig_scene`.
@@ -113,6 +115,9 @@ pub struct Scene {
     pub atmosphere_file: Option<PathBuf>,
     /// Where the sensor looks from.
     pub view: View,
+    /// The sensor of `soilsig image`: its focal plane, bands and noise. Everything else sees the domain by parallel rays.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sensor: Option<Sensor>,
     /// What surfaces are made of: one entry for each size class of each mineral, in the order in
     /// which the bounce table counts them.
     pub materials: Vec<Material>,
@@ -217,11 +222,16 @@ impl Scene {
             || matches!(self.sky_radiance, Some(SkyRadiance::ByZenith(_)))
     }
 
-    /// The files of sky and atmosphere, by what they are.
-    pub fn air_files_mut(&mut self) -> impl Iterator<Item = (&'static str, &mut PathBuf)> {
-        let sky = self.sky_radiance.as_mut().map(|sky| ("sky", sky.file_mut()));
-        let atmosphere = self.atmosphere_file.as_mut().map(|file| ("atmosphere", file));
-        sky.into_iter().chain(atmosphere)
+    /// The files of sky, atmosphere and the sensor's bands, by what they are.
+    pub fn air_files_mut(&mut self) -> impl Iterator<Item = (String, &mut PathBuf)> {
+        let sky = self.sky_radiance.as_mut().map(|sky| ("sky".into(), sky.file_mut()));
+        let atmosphere = self.atmosphere_file.as_mut().map(|file| ("atmosphere".into(), file));
+        let bands = self.sensor.iter_mut().flat_map(|sensor| &mut sensor.bands).flatten();
+        let responses = bands.enumerate().filter_map(|(i, band)| match band {
+            SensorBands::File(file) => Some((format!("band{i}"), file)),
+            _ => None,
+        });
+        sky.into_iter().chain(atmosphere).chain(responses)
     }
 
     /// The place of a material in the list.
@@ -249,6 +259,9 @@ impl Scene {
             format!("{} is not within 0 (nadir) to 89.9", self.view.zenith_deg)
         })?;
         need(self.view.azimuth_deg.is_finite(), "view.azimuth_deg", || "not a number".into())?;
+        if let Some(sensor) = &self.sensor {
+            sensor.check()?;
+        }
         need(!self.materials.is_empty(), "materials", || "there must be at least one".into())?;
         unique(self.materials.iter().map(|m| m.name.as_str()), "materials")?;
         for (i, material) in self.materials.iter().enumerate() {

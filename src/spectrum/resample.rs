@@ -21,6 +21,25 @@ impl Response {
         }
     }
 
+    /// A band that responds alike from one wavelength to another, which is greater.
+    pub fn boxed(from_um: f64, to_um: f64) -> Self {
+        Self { wavelength_um: vec![from_um, to_um], weight: vec![1.0, 1.0] }
+    }
+
+    /// A Gaussian of full width at half maximum `fwhm_um`, above 0, as far as it is above 1e-4 of its maximum.
+    pub fn gaussian(centre_um: f64, fwhm_um: f64) -> Self {
+        let points = -60..=60;
+        let half_um = fwhm_um / 2.0 * (1e4_f64.ln() / 2_f64.ln()).sqrt();
+        let (wavelength_um, weight) = points
+            .map(|i| {
+                let from_centre_um = half_um * f64::from(i) / 60.0;
+                let halves = 2.0 * from_centre_um / fwhm_um;
+                (centre_um + from_centre_um, (-2_f64.ln() * halves * halves).exp())
+            })
+            .unzip();
+        Self { wavelength_um, weight }
+    }
+
     /// A response function of two columns, wavelength in um and response from 0 to 1.
     pub fn read(path: &Path) -> Result<Self, SpectrumError> {
         // The numbers are as they stand, whatever the heading calls them.
@@ -47,7 +66,7 @@ impl Response {
     /// # Errors
     /// A spectrum that does not hold all of the band.
     pub fn band_mean(&self, spectrum: &Spectrum) -> Result<f64, SpectrumError> {
-        let span = [self.wavelength_um[0], self.wavelength_um[self.wavelength_um.len() - 1]];
+        let span = self.span_um();
         spectrum.covers(span)?;
         let steps: Vec<f64> = if let Spectrum::Tabulated(points) = spectrum {
             points.wavelength_um.clone()
@@ -57,6 +76,33 @@ impl Response {
             (1..=steps).map(|i| span[0] + 1e-3 * f64::from(i)).collect()
         };
         Ok(self.integral(&steps, |um| spectrum.emissivity(um))? / self.area())
+    }
+
+    /// Least and greatest wavelength, um.
+    pub fn span_um(&self) -> [f64; 2] {
+        [self.wavelength_um[0], self.wavelength_um[self.wavelength_um.len() - 1]]
+    }
+
+    /// The weights with which a curve's values at ascending wavelengths (um) make its mean as the band sees it: exact for
+    /// straight lines between them. They hold all of the band.
+    pub fn weights(&self, wavelengths_um: &[f64]) -> Vec<f64> {
+        let area = self.area();
+        (0..wavelengths_um.len())
+            .map(|i| {
+                let at = wavelengths_um[i];
+                // The curve that is 1 here and 0 at all others.
+                let slope = |to: Option<&f64>, um: f64| {
+                    to.map_or(0.0, |to| ((um - to) / (at - to)).clamp(0.0, 1.0))
+                };
+                let (below, above) = (i.checked_sub(1), wavelengths_um.get(i + 1));
+                let below = below.map(|below| &wavelengths_um[below]);
+                let hat = |um: f64| {
+                    if um == at { 1.0 } else { slope(if um < at { below } else { above }, um) }
+                };
+                let reach = (*below.unwrap_or(&at), *above.unwrap_or(&at));
+                self.integral_within(reach, &[at], |um| Ok(hat(um))).expect("no error in it") / area
+            })
+            .collect()
     }
 
     fn area(&self) -> f64 {
@@ -70,9 +116,22 @@ impl Response {
         further_um: &[f64],
         of: impl Fn(f64) -> Result<f64, SpectrumError>,
     ) -> Result<f64, SpectrumError> {
-        let span = self.wavelength_um[0]..*self.wavelength_um.last().expect("two points");
-        let mut nodes = self.wavelength_um.clone();
-        nodes.extend(further_um.iter().filter(|um| span.contains(um)));
+        let [from_um, to_um] = self.span_um();
+        self.integral_within((from_um, to_um), further_um, of)
+    }
+
+    /// The same over a part of the wavelengths.
+    fn integral_within(
+        &self,
+        (from_um, to_um): (f64, f64),
+        further_um: &[f64],
+        of: impl Fn(f64) -> Result<f64, SpectrumError>,
+    ) -> Result<f64, SpectrumError> {
+        let [first_um, last_um] = self.span_um();
+        let span = from_um.max(first_um)..=to_um.min(last_um);
+        let ends = [*span.start(), *span.end()];
+        let further = self.wavelength_um.iter().chain(further_um).chain(&ends);
+        let mut nodes: Vec<f64> = further.copied().filter(|um| span.contains(um)).collect();
         nodes.sort_by(f64::total_cmp);
         nodes.dedup();
         let weighed = |um| of(um).map(|value| self.at(um) * value);

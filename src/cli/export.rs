@@ -1,0 +1,42 @@
+//! `soilsig export`: a placed scene for other programs.
+
+use std::path::PathBuf;
+
+use soilsig::error::Error;
+use soilsig::export::{self, To};
+use soilsig::output;
+use soilsig::scene::Scene;
+
+use super::{Bands, print, usage};
+
+/// Writes a placed scene as a DIRSIG bundle or for Mitsuba 3, and says what could not be carried over
+#[derive(clap::Args)]
+pub struct Args {
+    /// Scene file with placed geometry
+    scene: PathBuf,
+    /// Folder to write into
+    folder: PathBuf,
+    /// Program to write for
+    #[arg(long, value_enum)]
+    to: To,
+    /// Three wavelengths that Mitsuba renders as red, green and blue, um
+    #[arg(long, value_name = "UM,UM,UM", value_delimiter = ',', default_value = "8.5,9,11")]
+    at: Vec<f64>,
+    #[command(flatten)]
+    bands: Bands,
+}
+
+pub fn run(args: &Args) -> Result<(), Error> {
+    if args.at.len() != 3 {
+        usage("--at takes three wavelengths, as in 8.5,9,11");
+    }
+    let scene = Scene::read(&args.scene)?;
+    output::folder(&args.folder)?;
+    let wavelengths_um = match args.to {
+        To::Dirsig => args.bands.grid().wavelengths_um(),
+        To::Mitsuba => args.at.clone(),
+    };
+    let lost = export::export(&scene, &args.scene, args.to, &wavelengths_um, &args.folder)?;
+    let lost: Vec<String> = lost.iter().map(|sentence| format!("  {sentence}\n")).collect();
+    print(&format!("{}: not carried over:\n{}", args.folder.display(), lost.concat()))
+}

@@ -1,0 +1,94 @@
+//! `soilsig image`: a placed scene as a radiance image.
+
+use std::path::PathBuf;
+
+use soilsig::error::Status;
+use soilsig::image::{self, Asked, MOST_PATHS};
+use soilsig::progress::Step;
+use soilsig::scene::Scene;
+use soilsig::trace;
+
+use super::{Bands, Outcome, print, tolerance};
+
+/// Traces a placed scene into a radiance image with a spectrum in every pixel
+///
+/// Writes ENVI images (radiance, its standard errors, emissivity, maps of materials, hits and paths), all of them as
+/// NetCDF besides, and quick-looks as PNG. What the sensor is the scene's `sensor` says; without it, it sees the domain by
+/// parallel rays.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Scene file with placed geometry
+    scene: PathBuf,
+    /// Folder to write into
+    #[arg(long, short, value_name = "FOLDER")]
+    out: PathBuf,
+    /// Standard error in emissivity that the widest band of each pixel is to have
+    #[arg(long, value_name = "X", default_value_t = 0.01, value_parser = tolerance)]
+    noise: f64,
+    /// Most paths of a pixel
+    #[arg(long, value_name = "N", default_value_t = 1 << 14,
+          value_parser = clap::value_parser!(u64).range(32..=MOST_PATHS))]
+    max_paths: u64,
+    /// Seed of the rays, in place of the scene's
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Pixels of the focal plane, in place of the scene's
+    #[arg(long, value_name = "COLUMNSxLINES", value_parser = pixels)]
+    pixels: Option<[u32; 2]>,
+    #[command(flatten)]
+    bands: Bands,
+    /// Wavelengths of the quick-look's red, green and blue, um [default: spread over all bands]
+    #[arg(long, value_name = "R,G,B", value_parser = three)]
+    false_colour: Option<[f64; 3]>,
+    /// Wavelengths that are drawn as brightness temperature, um
+    #[arg(long, value_name = "UM,...", value_delimiter = ',', default_value = "9")]
+    show: Vec<f64>,
+    /// Print what was reached as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+fn pixels(text: &str) -> Result<[u32; 2], String> {
+    let (columns, lines) = text.split_once('x').ok_or("write COLUMNSxLINES, as in 256x256")?;
+    let number = |text: &str| match text.parse::<u32>() {
+        Ok(side @ 1..=16_384) => Ok(side),
+        _ => Err(format!("{text:?} is not a number of pixels, 1 to 16384")),
+    };
+    Ok([number(columns)?, number(lines)?])
+}
+
+fn three(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|um| um.trim().parse()).collect();
+    let numbers = numbers.map_err(|error| error.to_string())?;
+    numbers.try_into().map_err(|_| "write three wavelengths, as in 12.9,10.7,8.6".into())
+}
+
+pub fn run(args: &Args) -> Outcome {
+    let grid = args.bands.grid();
+    let mut scene = Scene::read(&args.scene)?;
+    scene.seed = args.seed.unwrap_or(scene.seed);
+    if let Some(pixels) = args.pixels {
+        scene.sensor.get_or_insert_default().pixels = pixels;
+    }
+    // A place that cannot be written to is known before the work, not after it.
+    image::may_write(&args.out)?;
+    let asked = Asked {
+        noise: args.noise,
+        max_paths: args.max_paths / 32 * 32,
+        false_colour_um: args.false_colour,
+        show_um: args.show.clone(),
+    };
+    let step = Step::new("load");
+    let tracer = trace::tracer(&scene, &args.scene)?;
+    step.done(&format!("{} triangles", tracer.bed().triangles()));
+    let step = Step::new("image");
+    let at = |done, of| step.at(done, of, "pixels");
+    let made = image::make(&tracer, &scene, &args.scene, &grid, &asked, &args.out, &at)?;
+    step.done(&format!("{} paths", made.paths));
+    if args.json {
+        print(&format!("{}\n", serde_json::to_string_pretty(&made).expect("plain data")))?;
+    } else {
+        print(&format!("{}: {}", scene.name, made.words(&asked)))?;
+    }
+    Ok((made.capped > 0.0).then_some(Status::ToleranceNotReached))
+}

@@ -1,0 +1,33 @@
+//! `soilsig import`: a scene of DIRSIG's files.
+
+use std::path::{Path, PathBuf};
+
+use soilsig::error::Error;
+use soilsig::{export, output};
+
+use super::print;
+
+/// Makes a scene file of DIRSIG's object database and material list, and says what was left out
+#[derive(clap::Args)]
+pub struct Args {
+    /// Object database, .odb
+    odb: PathBuf,
+    /// Material list [default: the .mat beside the .odb]
+    #[arg(long, value_name = "FILE")]
+    mat: Option<PathBuf>,
+    /// Scene file to write
+    #[arg(long, short, value_name = "FILE")]
+    out: PathBuf,
+}
+
+pub fn run(args: &Args) -> Result<(), Error> {
+    output::may_write(&args.out)?;
+    let mat = args.mat.clone().unwrap_or_else(|| args.odb.with_extension("mat"));
+    let folder = args.out.parent().unwrap_or(Path::new(""));
+    let (scene, left_out) = export::import(&args.odb, &mat, folder)?;
+    let mut text = serde_json::to_string_pretty(&scene).expect("plain data");
+    text.push('\n');
+    output::bytes(&args.out, text.as_bytes())?;
+    let left_out: Vec<String> = left_out.iter().map(|what| format!("  {what}\n")).collect();
+    print(&format!("{}: left out:\n{}", args.out.display(), left_out.concat()))
+}

@@ -1,0 +1,89 @@
+//! The paths of one pixel.
+
+use super::bands::Bands;
+use super::camera::Camera;
+use super::evaluate::Evaluator;
+use crate::course::Course;
+use crate::histogram::{Histogram, Mean, T_95};
+use crate::radiometry::Lit;
+use crate::random::{Points, Purpose, REPLICATES, STRETCH};
+use crate::tally::Tally;
+use crate::tracer::Tracer;
+
+/// Paths are traced in lots of this size: one of each replicate.
+const LOT: u64 = REPLICATES as u64;
+/// Paths of the pilot, and the least of a pixel.
+const PILOT: u64 = LOT;
+/// Wavelengths at which the pilot is evaluated.
+const CHECKED: usize = 32;
+
+/// Traces pixels.
+pub(super) struct Pixels<'a> {
+    pub tracer: &'a Tracer,
+    pub course: &'a Course,
+    pub camera: &'a Camera,
+    pub seed: u64,
+    /// Standard error in emissivity that every band of a pixel is to reach.
+    pub noise: f64,
+    /// Most paths of a pixel.
+    pub max_paths: u64,
+}
+
+/// What a pixel sees.
+pub(super) struct Traced {
+    pub histogram: Histogram,
+    /// First hits on each material.
+    pub first_hits: Vec<u64>,
+    pub paths: u64,
+}
+
+impl Pixels<'_> {
+    /// Traces a pixel with as many paths as its pilot says: paths of their own, or those that happened to see little
+    /// spread would be believed.
+    pub(super) fn trace(&self, pilot: &Evaluator, pixel: [usize; 2]) -> Traced {
+        let traced = self.paths(Purpose::ImagePilot, pixel, PILOT);
+        let paths = if traced.histogram.paths() == 0.0 {
+            PILOT
+        } else {
+            let error = widest(&pilot.spectra(&traced.histogram).emissivity);
+            let wanted = PILOT as f64 * (error / self.noise).powi(2);
+            (wanted.min(1e12) as u64).div_ceil(LOT).max(1) * LOT
+        };
+        self.paths(Purpose::Image, pixel, paths.min(self.max_paths))
+    }
+
+    fn paths(&self, purpose: Purpose, [sample, line]: [usize; 2], paths: u64) -> Traced {
+        let number = (line * self.camera.pixels[0] + sample) as u64;
+        let (first, end) = (number * STRETCH, number * STRETCH + paths);
+        let mut tally = Tally::new(self.tracer.bed().materials, self.course.kept);
+        for (replicate, mut point) in Points::new(self.seed, purpose).of(first, end) {
+            tally.begin(replicate);
+            let ray = self.camera.ray([sample, line], point.pair());
+            self.tracer.path_of_camera(self.course, ray, &mut point, &mut tally);
+        }
+        Traced { histogram: Histogram::of(&tally), first_hits: tally.first_hits, paths }
+    }
+}
+
+/// The error of the band where it is widest, with what trapped paths leave open.
+pub(super) fn widest(bands: &[Mean]) -> f64 {
+    bands.iter().map(error).fold(0.0, f64::max)
+}
+
+/// The standard error with what trapped paths leave open.
+pub(super) fn error(mean: &Mean) -> f64 {
+    mean.half_width() / T_95
+}
+
+/// The wavelengths, a few of all, that a pilot is evaluated at: from the darkest to the brightest.
+pub(super) fn checked(lit: &[Lit]) -> (Bands, Vec<Lit>) {
+    let mean = |lit: &Lit| lit.reflectance.iter().sum::<f64>();
+    let mut order: Vec<&Lit> = lit.iter().collect();
+    order.sort_by(|a, b| mean(a).total_cmp(&mean(b)));
+    let number = CHECKED.min(order.len());
+    let chosen: Vec<Lit> =
+        (0..number).map(|i| order[i * (order.len() - 1) / (number - 1).max(1)].clone()).collect();
+    let centres_um: Vec<f64> = chosen.iter().map(|lit| lit.wavelength_um).collect();
+    let weights = (0..number).map(|i| vec![(i, 1.0)]).collect();
+    (Bands { nodes_um: centres_um.clone(), centres_um, weights }, chosen)
+}
