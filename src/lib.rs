@@ -16,8 +16,9 @@
 //! | the mean over packings and its error | [`packings`] |
 //! | emissivity and radiance of the bed (Eq. 1 to 3) | [`signature`], [`radiance`] |
 //! | charts and pictures | [`plot`], [`picture`] |
-//! | what a result says of itself, in numbers and in words | [`report`], [`words`] |
+//! | what a result says of itself, in numbers and in words | [`report`], [`words`], [`remarks`] |
 //! | what was done, and doing it again | [`record`], [`cache`] |
+//! | where all of it fails, and what is said then | [`stress`] |
 //!
 //! Lengths are micrometres inside the library, temperatures kelvin, radiance
 //! W m-2 sr-1 um-1; names that leave a module carry the unit.
@@ -51,12 +52,14 @@ pub mod progress;
 pub mod radiance;
 pub mod random;
 pub mod record;
+pub mod remarks;
 pub mod scene;
 mod section;
 pub mod shipped;
 pub mod signature;
 pub mod spectrum;
 pub mod stop;
+pub mod stress;
 pub mod table;
 pub mod tally;
 pub mod trace;

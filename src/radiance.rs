@@ -27,6 +27,12 @@ pub fn emissivity(l_target: f64, l_blackbody: f64, l_downwelling: f64) -> f64 {
     (l_target - l_downwelling) / (l_blackbody - l_downwelling)
 }
 
+/// How much Eq. 2 amplifies a relative error: f = B / |B - L_d|, 1 without a sky, infinite under one as bright as the
+/// target.
+pub fn amplification(l_blackbody: f64, l_downwelling: f64) -> f64 {
+    l_blackbody / (l_blackbody - l_downwelling).abs()
+}
+
 /// Radiance of an isotropic sky that would light a horizontal surface as one does whose radiance depends on the
 /// zenith angle, given in bins of equal width from 0 to 90 degrees.
 pub fn l_downwelling(l_sky: &[f64]) -> f64 {

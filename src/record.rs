@@ -12,6 +12,7 @@ use crate::features::Features;
 use crate::in_field::InField;
 use crate::output;
 use crate::pipeline::Options;
+use crate::remarks::Remark;
 use crate::table::Ended;
 use crate::tally::Kept;
 
@@ -139,6 +140,9 @@ pub struct Reached {
     pub field: Option<InField>,
     /// Most that any band's emissivity changes between a black and a white floor.
     pub floor_effect: Option<f64>,
+    /// What speaks against the result.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub remarks: Vec<Remark>,
     /// The curve's extrema and means.
     pub features: Features,
     /// How sure its means and its contrast are, by the spread between packings; `None` of a single packing.

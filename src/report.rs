@@ -13,6 +13,7 @@ use crate::output;
 use crate::packings::{Estimate, half_width, wanted};
 use crate::plot::{self, Chart, Curve};
 use crate::record::{FeatureErrors, Reached};
+use crate::remarks;
 use crate::signature::{Band, evaluate};
 use crate::table::{Table, TableMaterial};
 
@@ -33,6 +34,7 @@ pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
         .max_by(|a, b| a.emissivity.half_width.total_cmp(&b.emissivity.half_width))
         .expect("there is at least one band");
     let e = widest.emissivity;
+    let floor_effect = floor_effect(packings, bands);
     let rays_reached = packings.iter().all(|table| table.stop.reached);
     Reached {
         packings: packings.len(),
@@ -66,7 +68,8 @@ pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
         ended_by: packings[0].stop.ended_by,
         inside: share(&|table| table.inside.iter().map(|inside| inside.paths).sum()),
         field: InField::mean(packings),
-        floor_effect: floor_effect(packings, bands),
+        floor_effect,
+        remarks: remarks::of_result(packings, bands, tolerance, floor_effect),
         features: features(&wavelengths, &emissivity),
         features_half_width: feature_errors(packings, &wavelengths),
     }

@@ -10,6 +10,7 @@ use crate::coverage::Cover;
 use crate::histogram::{Histogram, Mean};
 use crate::in_field::InField;
 use crate::output::{self, OutputError};
+use crate::remarks::Remark;
 use crate::scene::{Sky, View, is_zero};
 use crate::signature::{Grid, reflectances};
 use crate::spectrum::{Spectrum, SpectrumError};
@@ -122,6 +123,9 @@ pub struct Table {
     pub inside: Vec<Inside>,
     /// What is seen of each prototype.
     pub coverage: BTreeMap<String, Cover>,
+    /// What speaks against the bed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub remarks: Vec<Remark>,
     /// What the paths did.
     pub histogram: Histogram,
 }

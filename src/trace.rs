@@ -12,6 +12,7 @@ use crate::histogram::Histogram;
 use crate::in_field::{Alone, InField};
 use crate::ingest;
 use crate::output;
+use crate::remarks;
 use crate::scene::Scene;
 use crate::signature::{self, Grid};
 use crate::spectrum::Spectrum;
@@ -127,6 +128,7 @@ pub fn trace(
         hits: 0,
         inside: Vec::new(),
         coverage: coverage(tracer, scene),
+        remarks: remarks::of_bed(tracer, grid.range_um().1, scene.seed),
         histogram: Histogram { kept: course.kept, escaped: Vec::new(), trapped: Vec::new() },
     };
     let first = target.exactly.map_or(0, |part| part.first);

@@ -215,6 +215,9 @@ fn warnings(text: &mut String, r: &Reached) {
             let _ = writeln!(text, "  warning: {:.2} % {what}", 100.0 * share);
         }
     }
+    for remark in &r.remarks {
+        let _ = writeln!(text, "  warning: {remark}");
+    }
     if r.inside > INSIDE_NOTABLE {
         let _ = writeln!(
             text,

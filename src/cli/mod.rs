@@ -10,6 +10,7 @@ mod replay;
 mod schema;
 mod signature;
 mod spectra;
+mod stress;
 mod trace;
 
 use std::io::Write as _;
@@ -47,6 +48,7 @@ enum Command {
     Grains(grains::Args),
     Spectra(spectra::Args),
     Picture(picture::Args),
+    Stress(stress::Args),
     Doctor(doctor::Args),
     Schema(schema::Args),
     Completions(completions::Args),
@@ -231,6 +233,7 @@ pub fn run() -> ExitCode {
         Command::Spectra(args) => spectra::run(args).map(|()| None),
         Command::Grains(args) => grains::run(args, &cache).map(|()| None),
         Command::Picture(args) => picture::run(args).map(|()| None),
+        Command::Stress(args) => stress::run(args, &cache).map(|()| None),
         Command::Doctor(args) => doctor::run(args, cache.root()).map(|()| None),
         Command::Schema(args) => schema::run(args).map(|()| None),
         Command::Completions(args) => completions::run(args).map(|()| None),

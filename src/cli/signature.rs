@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use soilsig::error::Error;
 use soilsig::spectrum::Spectrum;
 use soilsig::table::Table;
-use soilsig::{plot, report, signature};
+use soilsig::{plot, remarks, report, signature};
 
 use super::{Bands, ChartFormat, print, spectrum_source, usage};
 
@@ -61,6 +61,9 @@ pub fn run(args: &Args) -> Result<(), Error> {
         table.temperature_k = temperature_k;
     }
     let bands = signature::evaluate(&tables, &wavelengths_um)?;
+    for remark in remarks::of_result(&tables, &bands, tables[0].stop.tolerance, None) {
+        eprintln!("warning: {remark}");
+    }
     match &args.out {
         Some(path) => signature::write_csv(&bands, path)?,
         None => print(&signature::csv_text(&bands))?,

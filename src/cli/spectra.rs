@@ -268,6 +268,14 @@ fn check(input: &Input) -> Result<(), Error> {
         }
         for spectrum in &spectra {
             text += &describe(spectrum);
+            if let Spectrum::Tabulated(points) = spectrum
+                && let Some((error, um)) = points.sampling_error(points.range_um())
+            {
+                let _ = writeln!(
+                    text,
+                    "  straight lines between its points miss it by about {error:.1e}, the most near {um} um"
+                );
+            }
         }
     }
     print(&text)

@@ -13,7 +13,9 @@
 //! | places for labels beside a curve | `label` |
 //! | the emissivity chart and its curves | `emissivity`, `curve` |
 //! | bodies from three sides | `bodies` |
+//! | small charts on one page | `atlas` |
 
+mod atlas;
 mod axis;
 mod bodies;
 mod curve;
@@ -23,6 +25,7 @@ mod legend;
 mod raster;
 pub(crate) mod svg;
 
+pub use atlas::{Mark, Panel, atlas_svg};
 pub use bodies::{Row, Solid, bodies_svg};
 pub use curve::Curve;
 pub use emissivity::{Chart, emissivity_svg};

@@ -25,7 +25,10 @@ pub use sky::{Sky, SkyPoint};
 pub const FORMAT: u32 = 1;
 
 /// Lengths beyond a kilometre are taken for a mistake in units, um.
-const FARTHEST_UM: f64 = 1e9;
+pub(crate) const FARTHEST_UM: f64 = 1e9;
+
+/// Most materials: hits are told apart by material and cosine, in 16 bits.
+const MOST_MATERIALS: usize = 1000;
 
 /// Most particles of a field.
 pub const MOST_PARTICLES: f64 = 1e15;
@@ -225,6 +228,9 @@ impl Scene {
         })?;
         need(self.view.azimuth_deg.is_finite(), "view.azimuth_deg", || "not a number".into())?;
         need(!self.materials.is_empty(), "materials", || "there must be at least one".into())?;
+        need(self.materials.len() <= MOST_MATERIALS, "materials", || {
+            format!("there are {}, more than {MOST_MATERIALS}", self.materials.len())
+        })?;
         unique(self.materials.iter().map(|m| m.name.as_str()), "materials")?;
         for (i, material) in self.materials.iter().enumerate() {
             if let SpectrumSource::Constant(emissivity) = material.spectrum {
