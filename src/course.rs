@@ -1,6 +1,6 @@
 //! The rules that paths go by, and what of them has to be kept.
 
-use crate::scene::{Scene, Sky};
+use crate::scene::Scene;
 use crate::spectrum::Spectrum;
 use crate::tally::{COSINES, Kept, ZENITHS};
 
@@ -53,8 +53,8 @@ impl Course {
             .collect();
         let order = scene.materials.iter().any(|m| scene.temperature_of(m) != scene.temperature_k);
         let cosines = if facets.iter().any(|facet| facet.by_angle) { COSINES } else { 1 };
-        let directional = matches!(scene.sky_temperature_k, Some(Sky::ByZenith(_)));
-        let kept = Kept { order, cosines, zeniths: if directional { ZENITHS } else { 1 } };
+        let zeniths = if scene.sky_is_by_zenith() { ZENITHS } else { 1 };
+        let kept = Kept { order, cosines, zeniths };
         let greatest = vec![1.0; kept.symbols(facets.len())];
         Self { kept, facets, most_hits: MOST_HITS, greatest, least_weight: 0.0 }
     }

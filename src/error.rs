@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 
 use crate::blender::BlenderError;
+use crate::envi::EnviError;
 use crate::ingest::IngestError;
 use crate::output::OutputError;
 use crate::picture::PictureError;
 use crate::plot::PlotError;
+use crate::radiometry::RadiometryError;
 use crate::record::RecordError;
 use crate::scene::SceneError;
 use crate::spectrum::SpectrumError;
@@ -90,6 +92,12 @@ pub enum Error {
         /// What is wrong with its spectrum.
         source: SpectrumError,
     },
+    /// An ENVI image is wrong.
+    #[error(transparent)]
+    Envi(#[from] EnviError),
+    /// A file of radiances is wrong or does not reach as far as is wanted.
+    #[error(transparent)]
+    Radiometry(#[from] RadiometryError),
     /// A bounce table is wrong.
     #[error(transparent)]
     Table(#[from] TableError),
@@ -128,6 +136,8 @@ impl Error {
             | Self::Ingest(_)
             | Self::Spectrum(_)
             | Self::Material { .. }
+            | Self::Envi(_)
+            | Self::Radiometry(_)
             | Self::Table(_)
             | Self::Plot(_)
             | Self::Picture(_)
@@ -148,6 +158,8 @@ impl Error {
             Self::Scene(error) => error.hint(),
             Self::Ingest(error) => error.hint(),
             Self::Spectrum(error) | Self::Material { source: error, .. } => error.hint(),
+            Self::Envi(error) => error.hint(),
+            Self::Radiometry(error) => error.hint(),
             Self::Table(error) => error.hint(),
             Self::Plot(error) => error.hint(),
             Self::Coverage { known, .. } => {

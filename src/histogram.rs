@@ -50,11 +50,11 @@ pub const T_95: f64 = 2.039_513_446;
 /// Radiance that reaches the sensor, W m-2 sr-1 um-1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Radiance {
-    /// What facets emit, sent on by others or not; trapped paths have no part in it.
-    pub l_emitted: f64,
-    /// What they reflect of the sky; trapped paths have no part in it.
-    pub l_reflected: f64,
-    /// All that leaves the target (Eq. 1), with half of what trapped paths leave open.
+    /// What facets emit, sent on by others or not.
+    pub l_emitted: Mean,
+    /// What they reflect of the sky.
+    pub l_reflected: Mean,
+    /// All that leaves the target: their sum (Eq. 1).
     pub l_target: Mean,
 }
 
@@ -224,28 +224,36 @@ impl Histogram {
                 (sum + weight * (1.0 - rho) * l_blackbody, weight * rho)
             })
         };
-        let brightest = l_blackbody.iter().chain(l_sky).copied().fold(0.0, f64::max);
-        let (mut target, mut l_emitted, mut l_reflected) = (Sums::new(), 0.0, 0.0);
+        // A trapped path would have brought its weight to facets and sky; it counts as half for each, at their middle.
+        let [facets, sky] = [l_blackbody, l_sky].map(|l| {
+            let ends = (
+                l.iter().fold(f64::INFINITY, |a, &b| a.min(b)),
+                l.iter().fold(0.0, |a: f64, &b| a.max(b)),
+            );
+            (ends.0, ends.1, f64::midpoint(ends.0, ends.1) / 2.0)
+        });
+        let (darkest, brightest) = (facets.0.min(sky.0), facets.1.max(sky.1));
+        let middle = facets.2 + sky.2;
+        let furthest = (brightest - middle).max(middle - darkest);
+        let [mut target, mut all_emitted, mut all_reflected] = [const { Sums::new() }; 3];
         for (state, counts) in &self.escaped {
             let (hits, bin) = self.kept.split(state);
             let (own, weight) = emitted(hits);
             let sky = weight * l_sky[bin];
             target.add(counts, own + sky, 0.0);
-            let number: f64 = counts.iter().map(|(_, count)| *count as f64).sum();
-            l_emitted += number * own;
-            l_reflected += number * sky;
+            all_emitted.add(counts, own, 0.0);
+            all_reflected.add(counts, sky, 0.0);
         }
         for (state, counts) in &self.trapped {
             let (own, weight) = emitted(state);
-            let half = weight * brightest / 2.0;
-            target.add(counts, own + half, half);
-            l_emitted += own * counts.iter().map(|(_, count)| *count as f64).sum::<f64>();
+            target.add(counts, own + weight * middle, weight * furthest);
+            all_emitted.add(counts, own + weight * facets.2, weight * (facets.1 - facets.2));
+            all_reflected.add(counts, weight * sky.2, weight * (sky.1 - sky.2));
         }
         let met = self.met();
-        let paths: f64 = met.iter().sum();
         Radiance {
-            l_emitted: l_emitted / paths,
-            l_reflected: l_reflected / paths,
+            l_emitted: all_emitted.mean(&met, facets.1),
+            l_reflected: all_reflected.mean(&met, sky.1),
             l_target: target.mean(&met, brightest),
         }
     }
@@ -296,7 +304,7 @@ impl<'a> Product<'a> {
 }
 
 impl Sums {
-    fn new() -> Self {
+    const fn new() -> Self {
         Self { value: [0.0; REPLICATES], open: 0.0 }
     }
 
@@ -381,22 +389,25 @@ mod tests {
         let first = [0.5 * 10.0, 0.5 * 3.0];
         let second =
             [0.5 * 10.0 + 0.5 * 0.8 * 20.0 + 0.5 * 0.2 * 0.5 * 10.0, 0.5 * 0.2 * 0.5 * 1.0];
-        assert!((radiance.l_emitted - f64::midpoint(first[0], second[0])).abs() < 1e-14);
-        assert!((radiance.l_reflected - f64::midpoint(first[1], second[1])).abs() < 1e-14);
-        let sum = radiance.l_emitted + radiance.l_reflected;
+        assert!((radiance.l_emitted.mean - f64::midpoint(first[0], second[0])).abs() < 1e-14);
+        assert!((radiance.l_reflected.mean - f64::midpoint(first[1], second[1])).abs() < 1e-14);
+        let sum = radiance.l_emitted.mean + radiance.l_reflected.mean;
         assert!((radiance.l_target.mean - sum).abs() < 1e-14);
     }
 
     #[test]
-    fn what_trapped_paths_may_still_bring_is_half_counted_and_half_open() {
+    fn what_trapped_paths_may_still_bring_is_in_the_mean_and_left_open() {
         let histogram = Histogram {
             kept: Kept { order: true, ..Kept::PLAIN },
             escaped: Vec::new(),
             trapped: vec![(state(&[0]), vec![(0, 1), (1, 1)])],
         };
         let sources = Sources { reflectance: &[0.5], l_blackbody: &[8.0], l_sky: &[12.0] };
-        let target = histogram.radiance(sources).l_target;
-        // Emitted for certain: 4; to come: 0 to .5 of the brightest there is.
-        assert_eq!((target.mean, target.trapped), (4.0 + 3.0, 3.0));
+        let radiance = histogram.radiance(sources);
+        // Emitted for certain: 4; to come: .5 of 8, if all is facets, to .5 of 12, if all is sky.
+        let both = |mean: Mean| (mean.mean, mean.trapped);
+        assert_eq!(both(radiance.l_target), (4.0 + 5.0, 1.0));
+        assert_eq!(both(radiance.l_emitted), (4.0 + 2.0, 2.0));
+        assert_eq!(both(radiance.l_reflected), (3.0, 3.0));
     }
 }

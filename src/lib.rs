@@ -14,8 +14,9 @@
 //! | when the rays are enough | [`stop`] |
 //! | emissivity of a facet | [`spectrum`], [`optics`] |
 //! | the mean over packings and its error | [`packings`] |
-//! | emissivity and radiance of the bed (Eq. 1 to 3) | [`signature`], [`radiance`] |
+//! | emissivity and radiance of the bed (Eq. 1 to 3) | [`signature`], [`radiometry`] |
 //! | charts and pictures | [`plot`], [`picture`] |
+//! | images of the bed, a spectrum for every pixel | [`cube`], [`envi`] |
 //! | what a result says of itself, in numbers and in words | [`report`], [`words`], [`remarks`] |
 //! | what was done, and doing it again | [`record`], [`cache`] |
 //! | where all of it fails, and what is said then | [`stress`] |
@@ -37,6 +38,8 @@ pub mod bvh;
 pub mod cache;
 pub mod course;
 pub mod coverage;
+pub mod cube;
+pub mod envi;
 mod field;
 pub mod geometry;
 pub mod grains;
@@ -49,7 +52,7 @@ pub mod packings;
 pub mod picture;
 pub mod pipeline;
 pub mod progress;
-pub mod radiance;
+pub mod radiometry;
 pub mod random;
 pub mod record;
 pub mod remarks;

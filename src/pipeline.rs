@@ -17,6 +17,7 @@ use crate::ingest;
 use crate::output;
 use crate::picture;
 use crate::progress::Step;
+use crate::radiometry::Assumed;
 use crate::random;
 use crate::record::{self, Output, Record, Stage};
 use crate::report;
@@ -173,9 +174,15 @@ impl Run<'_> {
         let spectra: Vec<_> = materials.iter().map(|m| &m.spectrum).collect();
         let kept = Course::new(&scene, &spectra).kept;
         trace::bands(&materials, kept, &wavelengths_um, path)?;
+        trace::air(&scene, path, &wavelengths_um)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        for (_, file) in scene.air_files_mut() {
+            let file = folder.join(file);
+            self.record.inputs.insert(file.display().to_string(), output::sha256_hex(&file)?);
+        }
         for material in &scene.materials {
             if let SpectrumSource::File(file) = &material.spectrum {
-                let file = path.parent().unwrap_or(Path::new("")).join(file);
+                let file = folder.join(file);
                 for file in spectrum::format::files(&file)? {
                     let sum = output::sha256_hex(&file)?;
                     self.record.inputs.insert(file.display().to_string(), sum);
@@ -323,7 +330,7 @@ impl Run<'_> {
         Ok(Bed { scene: placed, path: place, tracer: None })
     }
 
-    /// Copies the spectra that a scene names beside the placed scene, so that it can stand alone.
+    /// Copies the files that a scene names for spectra, sky and atmosphere beside the placed scene, so that it can stand alone.
     fn bring_spectra(
         &mut self,
         packing: usize,
@@ -344,6 +351,14 @@ impl Run<'_> {
                 }
                 *file = named(file).into();
             }
+        }
+        for (kind, file) in scene.air_files_mut() {
+            let name = file.file_name().unwrap_or_default().to_string_lossy();
+            let name = format!("{kind}_{name}");
+            let place = self.of_packing(packing, &name);
+            output::copy(&folder.join(&file), &self.place(&place))?;
+            self.wrote(&place)?;
+            *file = name.into();
         }
         Ok(())
     }
@@ -366,7 +381,8 @@ impl Run<'_> {
             .map(|(i, bed)| {
                 let sum = trace::scene_sha256(&bed.scene, &bed.path)?;
                 let spectra = trace::materials(&bed.scene, &bed.path)?;
-                let made_from = (program(), &sum, bed.scene.seed, &spectra, grid, &target);
+                let air = trace::air(&bed.scene, &bed.path, &grid.wavelengths_um())?;
+                let made_from = (program(), &sum, bed.scene.seed, &spectra, &air, grid, &target);
                 let what = if number == 1 { "paths".into() } else { format!("packing {}", i + 1) };
                 let made = cache.stage("trace", &made_from, |folder| {
                     let tracer = ready(&mut bed.tracer, &bed.scene, &bed.path)?;
@@ -406,7 +422,8 @@ impl Run<'_> {
     ) -> Result<Vec<Band>, Error> {
         let step = Step::new(&self.key("signature"));
         let bands = signature::evaluate(tables, wavelengths_um)?;
-        signature::write_csv(&bands, &self.place("signature.csv"))?;
+        let csv = self.place("signature.csv");
+        signature::write_csv(&bands, tables[0].temperature(), Assumed::EXACT, &csv)?;
         self.wrote("signature.csv")?;
         let title = scene.description.as_ref().unwrap_or(&scene.name);
         let chart = report::chart(title, &[(tables, &bands)], &self.record.versions);

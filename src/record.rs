@@ -12,6 +12,7 @@ use crate::features::Features;
 use crate::in_field::InField;
 use crate::output;
 use crate::pipeline::Options;
+use crate::radiometry::Method;
 use crate::remarks::Remark;
 use crate::table::Ended;
 use crate::tally::Kept;
@@ -143,10 +144,45 @@ pub struct Reached {
     /// What speaks against the result.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub remarks: Vec<Remark>,
+    /// What can be had back from the radiance.
+    pub retrieval: Retrieval,
     /// The curve's extrema and means.
     pub features: Features,
     /// How sure its means and its contrast are, by the spread between packings; `None` of a single packing.
     pub features_half_width: Option<FeatureErrors>,
+}
+
+/// What remote sensing would have of the emissivity.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Retrieval {
+    /// Amplification above which bands are masked.
+    pub amplification_limit: f64,
+    /// Bands that Eq. 2 tells nothing of, from the first to the last wavelength of each run, um.
+    pub masked_um: Vec<[f64; 2]>,
+    /// Why Eq. 2 is not exact in this scene; empty where it is.
+    pub eq_2_not_exact: Vec<String>,
+    /// Most that Eq. 2 differs from the emissivity in any band that is not masked.
+    pub eq_2_difference: Option<f64>,
+    /// The target's temperature by each method of separation, or why it has none.
+    pub separation: BTreeMap<Method, Separation>,
+}
+
+/// What a method of temperature-emissivity separation gives.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Separation {
+    /// A temperature, and how far Eq. 2 with it is from the emissivity.
+    Found {
+        /// The temperature, K.
+        temperature_k: f64,
+        /// Its standard error, K.
+        temperature_standard_error_k: f64,
+        /// Root mean square of Eq. 2 less the emissivity, over bands that are not masked.
+        emissivity_rms: f64,
+    },
+    /// Why it gives none.
+    Refused(String),
 }
 
 /// Half-widths of the 95 % intervals of numbers that many bands make, which err together.

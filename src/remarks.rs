@@ -10,17 +10,12 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Bed, Mesh, Placement};
-use crate::radiance::{self, amplification};
 use crate::random::{Purpose, Source};
 use crate::scene::Sides;
 use crate::signature::Band;
 use crate::spectrum::Spectrum;
 use crate::table::Table;
 use crate::tracer::Tracer;
-
-/// Eq. 2 amplifies errors of radiance and temperature; beyond this it is said. Radiances to 0.1 % are then emissivities
-/// to .01.
-pub const MOST_AMPLIFICATION: f64 = 10.0;
 
 /// A patch narrower than so many of its largest bodies is said to be small.
 const LEAST_WIDTHS: f64 = 3.0;
@@ -108,20 +103,6 @@ pub enum Remark {
         /// Half of the change within the bin of the view.
         error: f64,
     },
-    /// The sky is so near to the target that Eq. 2 tells little.
-    SkyNearTarget {
-        /// What Eq. 2 amplifies errors by in the worst band; `None` if beyond all bounds.
-        amplification: Option<f64>,
-        /// Where, um.
-        at_um: f64,
-    },
-    /// Eq. 2 with one temperature and one sky does not return the emissivity.
-    NotEq2 {
-        /// What it returns, less the emissivity, in the worst band.
-        error: f64,
-        /// Where, um.
-        at_um: f64,
-    },
 }
 
 impl fmt::Display for Remark {
@@ -173,21 +154,6 @@ impl fmt::Display for Remark {
                 f,
                 "seen from {zenith_deg} degrees, facets that lie flat are known to {error:.3} only: that is \
                  half of what their reflectance changes by within one bin of cosines"
-            ),
-            Self::SkyNearTarget { amplification, at_um } => {
-                let times = match amplification {
-                    Some(f) => format!("{f:.0} times"),
-                    None => "beyond all bounds".into(),
-                };
-                write!(
-                    f,
-                    "the sky is nearly as bright as the target: Eq. 2 amplifies errors {times} at {at_um} um"
-                )
-            }
-            Self::NotEq2 { error, at_um } => write!(
-                f,
-                "Eq. 2 does not return this emissivity, but {error:+.4} at {at_um} um: it knows one \
-                 temperature and one sky"
             ),
         }
     }
@@ -324,20 +290,6 @@ pub fn of_result(
             .filter(|(_, error)| *error > tolerance)
             .map(|(zenith_deg, error)| Remark::GrazingBins { zenith_deg, error }),
     );
-    let f = |b: &&Band| amplification(b.l_blackbody, b.l_downwelling);
-    let worst = bands.iter().max_by(|a, b| f(a).total_cmp(&f(b))).expect("there is a band");
-    if f(&worst) > MOST_AMPLIFICATION {
-        let amplification = Some(f(&worst)).filter(|f| f.is_finite());
-        remarks.push(Remark::SkyNearTarget { amplification, at_um: worst.wavelength_um });
-    }
-    let off = |b: &Band| {
-        radiance::emissivity(b.l_target, b.l_blackbody, b.l_downwelling) - b.emissivity.mean
-    };
-    let not_eq_2 = bands
-        .iter()
-        .filter(|b| f(b) <= MOST_AMPLIFICATION && off(b).abs() > b.emissivity.half_width)
-        .max_by(|a, b| off(a).abs().total_cmp(&off(b).abs()));
-    remarks.extend(not_eq_2.map(|b| Remark::NotEq2 { error: off(b), at_um: b.wavelength_um }));
     let mut kinds = Vec::new();
     remarks.retain(|remark| {
         let kind = std::mem::discriminant(remark);

@@ -12,9 +12,10 @@ use crate::in_field::InField;
 use crate::output;
 use crate::packings::{Estimate, half_width, wanted};
 use crate::plot::{self, Chart, Curve};
-use crate::record::{FeatureErrors, Reached};
+use crate::radiometry::{Assumed, Method, Retrieved, masked_um, separate};
+use crate::record::{FeatureErrors, Reached, Retrieval, Separation};
 use crate::remarks;
-use crate::signature::{Band, evaluate};
+use crate::signature::{Band, evaluate, retrieve};
 use crate::table::{Table, TableMaterial};
 
 /// Pixels of a PNG in one unit of the chart.
@@ -70,8 +71,38 @@ pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
         field: InField::mean(packings),
         floor_effect,
         remarks: remarks::of_result(packings, bands, tolerance, floor_effect),
+        retrieval: retrieval(&packings[0], bands, Assumed::EXACT),
         features: features(&wavelengths, &emissivity),
         features_half_width: feature_errors(packings, &wavelengths),
+    }
+}
+
+/// What can be had back from the radiance of a scene, if its temperature is known and if it is not.
+pub fn retrieval(table: &Table, bands: &[Band], assumed: Assumed) -> Retrieval {
+    let known = retrieve(bands, table.temperature(), assumed);
+    let differences = |retrieved: &[Retrieved]| -> Vec<f64> {
+        let both = retrieved.iter().zip(bands);
+        both.filter_map(|(r, b)| r.emissivity.map(|[e, _]| e - b.emissivity.mean)).collect()
+    };
+    let measured: Vec<_> = bands.iter().map(Band::measured).collect();
+    let by = |method| match separate(method, &measured, assumed) {
+        Err(error) => Separation::Refused(error.to_string()),
+        Ok(temperature) => {
+            let off = differences(&retrieve(bands, temperature, assumed));
+            let squares: f64 = off.iter().map(|d| d * d).sum();
+            Separation::Found {
+                temperature_k: temperature.k,
+                temperature_standard_error_k: temperature.error_k,
+                emissivity_rms: (squares / off.len() as f64).sqrt(),
+            }
+        }
+    };
+    Retrieval {
+        amplification_limit: assumed.amplification_limit,
+        masked_um: masked_um(&known),
+        eq_2_not_exact: table.eq_2_not_exact(),
+        eq_2_difference: differences(&known).into_iter().map(f64::abs).reduce(f64::max),
+        separation: Method::ALL.into_iter().map(|method| (method, by(method))).collect(),
     }
 }
 

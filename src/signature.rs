@@ -7,11 +7,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
-use crate::histogram::{Radiance, Sources};
+use crate::histogram::{Mean, Radiance};
 use crate::interrupt;
 use crate::output::{self, OutputError};
 use crate::packings::Estimate;
-use crate::radiance;
+use crate::radiometry::{self, Assumed, Lit, Measured, Retrieved, Temperature};
 use crate::spectrum::{Spectrum, SpectrumError, kirchhoff};
 use crate::table::Table;
 use crate::tally::Kept;
@@ -81,17 +81,17 @@ pub struct Band {
     /// temperatures.
     pub emissivity: Estimate,
     /// Radiance emitted.
-    pub l_emitted: f64,
+    pub l_emitted: Estimate,
     /// Radiance reflected from the sky.
-    pub l_reflected: f64,
-    /// Radiance that leaves the target (Eq. 1).
-    pub l_target: f64,
-    /// Its standard error.
-    pub l_target_standard_error: f64,
+    pub l_reflected: Estimate,
+    /// Radiance that leaves the target: their sum (Eq. 1).
+    pub l_target: Estimate,
     /// Radiance of a black body at the scene's temperature.
     pub l_blackbody: f64,
     /// Radiance of the sky; of one that depends on the zenith angle what a horizontal Lambertian mirror would return.
     pub l_downwelling: f64,
+    /// Transmittance and path radiance between target and sensor, if there is an atmosphere.
+    pub path: Option<(f64, f64)>,
 }
 
 /// Places within a bin of cosines at which a reflectance is taken.
@@ -142,79 +142,72 @@ pub fn reflectances(
 /// # Panics
 /// Without a table.
 pub fn evaluate(packings: &[Table], wavelengths_um: &[f64]) -> Result<Vec<Band>, Error> {
-    let reflectances = packings[0].reflectances(wavelengths_um)?;
-    wavelengths_um
-        .par_iter()
-        .zip(&reflectances)
-        .map(|(&wavelength_um, reflectance)| {
+    let lit = packings[0].lit(wavelengths_um)?;
+    lit.par_iter()
+        .map(|lit| {
             if interrupt::requested() {
                 return Err(Error::Interrupted);
             }
-            Ok(band(packings, wavelength_um, reflectance))
+            Ok(band(packings, lit))
         })
         .collect()
 }
 
-fn band(packings: &[Table], wavelength_um: f64, reflectance: &[f64]) -> Band {
-    let table = &packings[0];
-    let kept = table.histogram.kept;
-    let emissivity = Estimate::emissivity(packings, reflectance);
-    let planck = |temperature_k| radiance::planck(wavelength_um, temperature_k);
-    let l_blackbody = planck(table.temperature_k);
-    let sky = |zenith_deg| {
-        table.sky_temperature_k.as_ref().map_or(0.0, |sky| planck(sky.temperature_k(zenith_deg)))
+fn band(packings: &[Table], lit: &Lit) -> Band {
+    let seen: Vec<(Mean, Radiance)> = packings.iter().map(|p| lit.seen(&p.histogram)).collect();
+    let of = |part: fn(&(Mean, Radiance)) -> Mean| {
+        Estimate::of(&seen.iter().map(part).collect::<Vec<_>>())
     };
-    if kept.zeniths == 1 && !kept.order {
-        return isothermal(wavelength_um, emissivity, l_blackbody, sky(0.0));
-    }
-    let zeniths = f64::from(kept.zeniths);
-    let l_sky: Vec<f64> =
-        (0..kept.zeniths).map(|bin| sky((f64::from(bin) + 0.5) / zeniths * 90.0)).collect();
-    let own: Vec<f64> = table
-        .materials
-        .iter()
-        .map(|m| planck(m.temperature_k.unwrap_or(table.temperature_k)))
-        .collect();
-    let sources = Sources { reflectance, l_blackbody: &own, l_sky: &l_sky };
-    let all: Vec<Radiance> = packings.iter().map(|p| p.histogram.radiance(sources)).collect();
-    let mean = |of: &dyn Fn(&Radiance) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
-    let l_target = Estimate::of(&all.iter().map(|radiance| radiance.l_target).collect::<Vec<_>>());
     Band {
-        wavelength_um,
-        emissivity,
-        l_emitted: mean(&|radiance| radiance.l_emitted),
-        l_reflected: mean(&|radiance| radiance.l_reflected),
-        l_target: l_target.mean,
-        l_target_standard_error: l_target.standard_error,
-        l_blackbody,
-        l_downwelling: radiance::l_downwelling(&l_sky),
+        wavelength_um: lit.wavelength_um,
+        emissivity: of(|(emissivity, _)| *emissivity),
+        l_emitted: of(|(_, radiance)| radiance.l_emitted),
+        l_reflected: of(|(_, radiance)| radiance.l_reflected),
+        l_target: of(|(_, radiance)| radiance.l_target),
+        l_blackbody: lit.l_blackbody,
+        l_downwelling: lit.l_downwelling,
+        path: lit.path,
     }
 }
 
-/// A band of a scene of one temperature under an isotropic sky: a path emits with all the weight that it does not bring
-/// to the sky, and reflects the sky with the rest.
-fn isothermal(
-    wavelength_um: f64,
-    emissivity: Estimate,
-    l_blackbody: f64,
-    l_downwelling: f64,
-) -> Band {
-    let l_emitted = emissivity.mean * l_blackbody;
-    let l_reflected = (1.0 - emissivity.mean) * l_downwelling;
-    Band {
-        wavelength_um,
-        emissivity,
-        l_emitted,
-        l_reflected,
-        l_target: radiance::l_target(l_emitted, l_reflected),
-        l_target_standard_error: emissivity.standard_error * (l_blackbody - l_downwelling).abs(),
-        l_blackbody,
-        l_downwelling,
+impl Band {
+    /// The radiance as a sensor would measure it, without any error of its own, compensated for the atmosphere.
+    pub fn measured(&self) -> Measured {
+        let Estimate { mean, standard_error, .. } = self.l_sensor();
+        let l = [mean, standard_error];
+        Measured::at_sensor(self.wavelength_um, l, self.l_downwelling, self.path)
     }
+
+    /// Radiance that reaches the sensor.
+    pub fn l_sensor(&self) -> Estimate {
+        self.path.map_or(self.l_target, |(transmittance, l_path)| Estimate {
+            mean: radiometry::at_sensor(self.l_target.mean, transmittance, l_path),
+            standard_error: transmittance * self.l_target.standard_error,
+            half_width: transmittance * self.l_target.half_width,
+            rays_standard_error: transmittance * self.l_target.rays_standard_error,
+            spread: self.l_target.spread.map(|spread| transmittance * spread),
+            trapped: transmittance * self.l_target.trapped,
+        })
+    }
+
+    /// Emissivity by Eq. 3, of the radiance that leaves the target under a cold black sky, and its standard error for
+    /// that of the temperature, K.
+    pub fn emissivity_eq3(&self, temperature: Temperature) -> [f64; 2] {
+        let l_blackbody = radiometry::planck(self.wavelength_um, temperature.k);
+        let emissivity = radiometry::emissivity(self.l_emitted.mean, l_blackbody, 0.0);
+        let slope = radiometry::planck_derivative(self.wavelength_um, temperature.k);
+        let errors = [self.l_emitted.standard_error, slope * temperature.error_k, 0.0];
+        [emissivity, radiometry::emissivity_error(emissivity, l_blackbody, 0.0, errors)]
+    }
+}
+
+/// What Eq. 2 gives of each band for a target that is taken to have one temperature.
+pub fn retrieve(bands: &[Band], temperature: Temperature, assumed: Assumed) -> Vec<Retrieved> {
+    bands.iter().map(|band| Retrieved::new(&band.measured(), temperature, assumed)).collect()
 }
 
 /// Headings of a signature's CSV file.
-pub const COLUMNS: [&str; 12] = [
+pub const COLUMNS: [&str; 23] = [
     "wavelength_um",
     "emissivity",
     "emissivity_standard_error",
@@ -224,43 +217,76 @@ pub const COLUMNS: [&str; 12] = [
     "l_emitted_w_m2_sr_um",
     "l_reflected_w_m2_sr_um",
     "l_target_w_m2_sr_um",
+    "l_emitted_standard_error_w_m2_sr_um",
+    "l_reflected_standard_error_w_m2_sr_um",
     "l_target_standard_error_w_m2_sr_um",
     "l_blackbody_w_m2_sr_um",
     "l_downwelling_w_m2_sr_um",
+    "l_sensor_w_m2_sr_um",
+    "l_sensor_standard_error_w_m2_sr_um",
+    "brightness_temperature_k",
+    "brightness_temperature_standard_error_k",
+    "amplification",
+    "emissivity_eq2",
+    "emissivity_eq2_standard_error",
+    "emissivity_eq3",
+    "emissivity_eq3_standard_error",
 ];
 
-/// A signature as CSV.
-pub fn csv_text(bands: &[Band]) -> String {
+/// A signature as CSV, with what Eq. 2 and 3 give of it for a target of that temperature. What is not known, and bands
+/// that are masked, have empty fields.
+pub fn csv_text(bands: &[Band], temperature: Temperature, assumed: Assumed) -> String {
     let mut text = COLUMNS.join(",") + "\n";
-    for b in bands {
+    for (b, retrieved) in bands.iter().zip(retrieve(bands, temperature, assumed)) {
         let e = b.emissivity;
+        let both = |of: Estimate| [Some(of.mean), Some(of.standard_error)];
+        let [sensor, sensor_error] = b.path.map_or([None; 2], |_| both(b.l_sensor()));
+        let brightness = b.measured().brightness_temperature();
+        let eq3 = b.emissivity_eq3(temperature);
         let _ = write!(text, "{}", b.wavelength_um);
-        for value in [e.mean, e.standard_error, e.half_width, e.rays_standard_error] {
-            let _ = write!(text, ",{value:.7}");
-        }
-        // Of a single packing the spread is not known: the field stays empty.
-        let _ = match e.spread {
-            Some(spread) => write!(text, ",{spread:.7}"),
-            None => write!(text, ","),
-        };
-        for radiance in [
-            b.l_emitted,
-            b.l_reflected,
-            b.l_target,
-            b.l_target_standard_error,
-            b.l_blackbody,
-            b.l_downwelling,
+        for value in [
+            Some(e.mean),
+            Some(e.standard_error),
+            Some(e.half_width),
+            Some(e.rays_standard_error),
+            // Of a single packing the spread is not known.
+            e.spread,
+            Some(b.l_emitted.mean),
+            Some(b.l_reflected.mean),
+            Some(b.l_target.mean),
+            Some(b.l_emitted.standard_error),
+            Some(b.l_reflected.standard_error),
+            Some(b.l_target.standard_error),
+            Some(b.l_blackbody),
+            Some(b.l_downwelling),
+            sensor,
+            sensor_error,
+            brightness.map(|t| t.k),
+            brightness.map(|t| t.error_k),
+            Some(retrieved.amplification),
+            retrieved.emissivity.map(|[e, _]| e),
+            retrieved.emissivity.map(|[_, error]| error),
+            Some(eq3[0]),
+            Some(eq3[1]),
         ] {
-            let _ = write!(text, ",{radiance:.7}");
+            let _ = match value {
+                Some(value) => write!(text, ",{value:.7}"),
+                None => write!(text, ","),
+            };
         }
         text.push('\n');
     }
     text
 }
 
-/// Writes a signature as CSV.
-pub fn write_csv(bands: &[Band], path: &Path) -> Result<(), OutputError> {
-    output::bytes(path, csv_text(bands).as_bytes())
+/// Writes a signature as [CSV](csv_text).
+pub fn write_csv(
+    bands: &[Band],
+    temperature: Temperature,
+    assumed: Assumed,
+    path: &Path,
+) -> Result<(), OutputError> {
+    output::bytes(path, csv_text(bands, temperature, assumed).as_bytes())
 }
 
 #[cfg(test)]
@@ -285,28 +311,6 @@ mod tests {
             (8.0, 9.0, 1e-9),
         ] {
             assert!(Grid::new(from, to, step).is_err(), "{from} {to} {step}");
-        }
-    }
-
-    /// The best self-test of the chain: in an isothermal scene under an isotropic sky the geometry drops
-    /// out of the retrieval.
-    #[test]
-    fn eq_2_and_eq_3_give_the_same_emissivity_under_any_sky() {
-        let e = Estimate {
-            mean: 0.763,
-            standard_error: 1e-3,
-            half_width: 2e-3,
-            rays_standard_error: 1e-3,
-            spread: None,
-            trapped: 0.0,
-        };
-        for um in [7.5, 9.0, 14.0] {
-            for sky_k in [None, Some(3.0), Some(270.0), Some(299.0), Some(320.0)] {
-                let l_downwelling = sky_k.map_or(0.0, |sky_k| radiance::planck(um, sky_k));
-                let b = isothermal(um, e, radiance::planck(um, 300.0), l_downwelling);
-                let retrieved = radiance::emissivity(b.l_target, b.l_blackbody, b.l_downwelling);
-                assert!((retrieved - 0.763).abs() < 1e-12, "{um} um, sky {sky_k:?}: {retrieved}");
-            }
         }
     }
 }

@@ -7,9 +7,11 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::coverage::Cover;
+use crate::error::Error;
 use crate::histogram::{Histogram, Mean};
 use crate::in_field::InField;
 use crate::output::{self, OutputError};
+use crate::radiometry::{self, Atmosphere, Lit, RadiometryError, SkyTable, Temperature};
 use crate::remarks::Remark;
 use crate::scene::{Sky, View, is_zero};
 use crate::signature::{Grid, reflectances};
@@ -93,6 +95,12 @@ pub struct Table {
     /// Temperature of the sky, kelvin, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sky_temperature_k: Option<Sky>,
+    /// Radiance of the sky, if it was given so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sky_radiance: Option<SkyTable>,
+    /// What lies between target and sensor, if anything does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub atmosphere: Option<Atmosphere>,
     /// The direction to the sensor.
     pub view: View,
     /// Seed of the paths.
@@ -349,6 +357,64 @@ impl Table {
         reflectances(&spectra, self.histogram.kept, wavelengths_um)
     }
 
+    /// The scene's temperature, as one that is known.
+    pub fn temperature(&self) -> Temperature {
+        Temperature { k: self.temperature_k, error_k: 0.0 }
+    }
+
+    /// Why Eq. 2 is not exact with these temperatures and this sky; empty where it is.
+    pub fn eq_2_not_exact(&self) -> Vec<String> {
+        let own = self.materials.iter().filter_map(|m| m.temperature_k);
+        let mut reasons = Vec::new();
+        if own.into_iter().any(|k| k != self.temperature_k) {
+            reasons.push("materials differ in temperature".into());
+        }
+        if self.sky_is_by_zenith() {
+            reasons.push("the sky depends on the zenith angle".into());
+        }
+        reasons
+    }
+
+    fn sky_is_by_zenith(&self) -> bool {
+        matches!(self.sky_temperature_k, Some(Sky::ByZenith(_)))
+            || self.sky_radiance.as_ref().is_some_and(SkyTable::is_by_zenith)
+    }
+
+    /// What each band's radiance depends on besides the histogram.
+    ///
+    /// # Errors
+    /// A wavelength that a spectrum, the sky or the atmosphere does not hold.
+    pub fn lit(&self, wavelengths_um: &[f64]) -> Result<Vec<Lit>, Error> {
+        let reflectances = self.reflectances(wavelengths_um)?;
+        let bands = wavelengths_um.iter().zip(reflectances);
+        bands.map(|(&um, reflectance)| self.band_lit(um, reflectance)).collect()
+    }
+
+    fn band_lit(&self, wavelength_um: f64, reflectance: Vec<f64>) -> Result<Lit, Error> {
+        let planck = |temperature_k| radiometry::planck(wavelength_um, temperature_k);
+        let own = |m: &TableMaterial| planck(m.temperature_k.unwrap_or(self.temperature_k));
+        let zeniths = self.histogram.kept.zeniths;
+        let l_sky: Vec<f64> = (0..zeniths)
+            .map(|bin| {
+                let zenith_deg = (f64::from(bin) + 0.5) / f64::from(zeniths) * 90.0;
+                match (&self.sky_radiance, &self.sky_temperature_k) {
+                    (Some(sky), _) => sky.l_sky(wavelength_um, zenith_deg),
+                    (None, Some(sky)) => Ok(planck(sky.temperature_k(zenith_deg))),
+                    (None, None) => Ok(0.0),
+                }
+            })
+            .collect::<Result<_, RadiometryError>>()?;
+        Ok(Lit {
+            wavelength_um,
+            reflectance,
+            l_blackbody_of: self.materials.iter().map(own).collect(),
+            l_downwelling: radiometry::l_downwelling(&l_sky),
+            l_sky,
+            l_blackbody: planck(self.temperature_k),
+            path: self.atmosphere.as_ref().map(|a| a.at(wavelength_um)).transpose()?,
+        })
+    }
+
     /// The mean weight that paths bring to the sky, for a reflectance of each symbol.
     pub fn weight(&self, reflectance: &[f64]) -> Mean {
         self.histogram.weight(reflectance)
@@ -380,6 +446,15 @@ impl Table {
         if let Some(problem) = table.sky_temperature_k.as_ref().and_then(Sky::problem) {
             return Err(wrong(problem));
         }
+        if table.sky_radiance.as_ref().is_some_and(|sky| !sky.is_sound()) {
+            return Err(wrong("the sky's radiance is none".into()));
+        }
+        if table.sky_is_by_zenith() && table.histogram.kept.zeniths == 1 {
+            return Err(wrong("the sky is by zenith angle, and the states are not".into()));
+        }
+        if table.atmosphere.as_ref().is_some_and(|atmosphere| !atmosphere.is_sound()) {
+            return Err(wrong("the atmosphere is none".into()));
+        }
         if table.floor.is_some_and(|floor| floor >= table.materials.len()) {
             return Err(wrong("the floor's material is none of the materials".into()));
         }
@@ -407,7 +482,7 @@ impl Table {
                     t.scene.clone(),
                     materials,
                     t.temperature_k,
-                    t.sky_temperature_k.clone(),
+                    (t.sky_temperature_k.clone(), t.sky_radiance.clone(), t.atmosphere.clone()),
                     t.view,
                     kept,
                 )

@@ -12,8 +12,9 @@ use crate::histogram::Histogram;
 use crate::in_field::{Alone, InField};
 use crate::ingest;
 use crate::output;
+use crate::radiometry::{Atmosphere, RadiometryError, SkyTable};
 use crate::remarks;
-use crate::scene::Scene;
+use crate::scene::{Scene, SkyRadiance};
 use crate::signature::{self, Grid};
 use crate::spectrum::Spectrum;
 use crate::stop::{self, Target, Traced, Watch};
@@ -51,6 +52,44 @@ pub fn materials(scene: &Scene, path: &Path) -> Result<Vec<TableMaterial>, Error
             })
         })
         .collect()
+}
+
+/// What a scene takes from files of the sky and of the atmosphere before the sensor.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Air {
+    /// Radiance of the sky.
+    pub sky_radiance: Option<SkyTable>,
+    /// What lies between target and sensor.
+    pub atmosphere: Option<Atmosphere>,
+}
+
+/// Reads a scene's files of sky and atmosphere, which have to hold all of the wavelengths; they are relative to the
+/// scene file.
+pub fn air(scene: &Scene, path: &Path, wavelengths_um: &[f64]) -> Result<Air, Error> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let ends = [wavelengths_um[0], wavelengths_um[wavelengths_um.len() - 1]];
+    let read_sky = |radiance: &SkyRadiance| {
+        let path = folder.join(radiance.file());
+        let sky = SkyTable::read(&path)?;
+        sky.covers(ends)?;
+        let (key, problem) = match radiance {
+            SkyRadiance::Isotropic(_) => ("by_zenith", "there is a column zenith_deg"),
+            SkyRadiance::ByZenith(_) => ("isotropic", "there is no column zenith_deg"),
+        };
+        if sky.is_by_zenith() == (key == "isotropic") {
+            return Ok(sky);
+        }
+        let problem = format!("{problem}: the scene's sky_radiance has to be {{{key:?}: ...}}");
+        let hint = "docs/radiometry.md shows both kinds of file";
+        Err(RadiometryError::File { path, problem, hint })
+    };
+    let sky_radiance = scene.sky_radiance.as_ref().map(read_sky).transpose()?;
+    let read_atmosphere = |file| {
+        let atmosphere = Atmosphere::read(&folder.join(file))?;
+        atmosphere.covers(ends).map(|()| atmosphere)
+    };
+    let atmosphere = scene.atmosphere_file.as_ref().map(read_atmosphere).transpose()?;
+    Ok(Air { sky_radiance, atmosphere })
 }
 
 /// The reflectance of each symbol in each band: what the stop rule looks at.
@@ -107,6 +146,7 @@ pub fn trace(
     let course = Course::new(scene, &spectra);
     let bands = bands(&materials, course.kept, &wavelengths_um, path)?;
     let course = course.ending_below(target.least_weight(), &bands);
+    let Air { sky_radiance, atmosphere } = air(scene, path, &wavelengths_um)?;
     let names: Vec<&str> = tracer.bed().meshes.iter().map(|mesh| mesh.name.as_str()).collect();
     let empty = Table {
         soilsig_table: table::FORMAT,
@@ -114,6 +154,8 @@ pub fn trace(
         scene_sha256: scene_sha256(scene, path)?,
         temperature_k: scene.temperature_k,
         sky_temperature_k: scene.sky_temperature_k.clone(),
+        sky_radiance,
+        atmosphere,
         view: scene.view,
         seed: scene.seed,
         max_bounces: course.most_hits,

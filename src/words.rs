@@ -6,7 +6,8 @@ use std::path::Path;
 
 use crate::coverage::Cover;
 use crate::in_field::InField;
-use crate::record::{Reached, Record};
+use crate::radiometry::masked_in_words;
+use crate::record::{Reached, Record, Retrieval};
 use crate::table::Ended;
 use crate::tally::Kept;
 
@@ -125,7 +126,27 @@ pub fn reached(r: &Reached) -> String {
             "  between a black and a white floor no band changes by more than {effect:.4}"
         );
     }
+    text += &retrieval(&r.retrieval);
     warnings(&mut text, r);
+    text
+}
+
+/// What can be had back from the radiance: what Eq. 2 does not tell, and what it gets wrong.
+pub fn retrieval(of: &Retrieval) -> String {
+    let mut text = String::new();
+    if let Some(masked) = masked_in_words(&of.masked_um, of.amplification_limit) {
+        let _ = writeln!(text, "  {masked}");
+    }
+    if !of.eq_2_not_exact.is_empty() {
+        let reasons = of.eq_2_not_exact.join(" and ");
+        let _ = match of.eq_2_difference {
+            Some(d) => writeln!(
+                text,
+                "  Eq. 2 is not exact here, since {reasons}: it differs from the emissivity by up to {d:.4}"
+            ),
+            None => writeln!(text, "  Eq. 2 is not exact here, since {reasons}"),
+        };
+    }
     text
 }
 

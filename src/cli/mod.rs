@@ -22,6 +22,7 @@ use clap::{Args, Parser, Subcommand};
 use soilsig::cache::Cache;
 use soilsig::error::{Error, Status};
 use soilsig::output::OutputError;
+use soilsig::radiometry::Assumed;
 use soilsig::scene::SpectrumSource;
 use soilsig::signature::Grid;
 use soilsig::spectrum::Spectrum;
@@ -68,6 +69,34 @@ struct Bands {
 impl Bands {
     fn grid(&self) -> Grid {
         Grid::new(self.range.0, self.range.1, self.step).unwrap_or_else(|problem| usage(&problem))
+    }
+}
+
+/// How well what a retrieval takes for known is known, and when it tells too little.
+#[derive(Args)]
+struct Assumptions {
+    /// Standard error of the target's temperature, K
+    #[arg(long, value_name = "K", default_value_t = 0.0, value_parser = not_below_0)]
+    temperature_error: f64,
+    /// Standard error of the sky's radiance, as a share of it
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = not_below_0)]
+    sky_error: f64,
+    /// Mask bands in which Eq. 2 amplifies errors more than this: at 10 an error of 1 % in radiance is one of 0.1 in
+    /// emissivity
+    #[arg(long, value_name = "F", default_value_t = Assumed::AMPLIFICATION_LIMIT, value_parser = not_below_0)]
+    amplification_limit: f64,
+}
+
+impl Assumptions {
+    fn assumed(&self) -> Assumed {
+        Assumed { downwelling_error: self.sky_error, amplification_limit: self.amplification_limit }
+    }
+}
+
+fn not_below_0(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x >= 0.0 && x.is_finite() => Ok(x),
+        _ => Err("it must be a number, 0 or more".into()),
     }
 }
 

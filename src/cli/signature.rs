@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use soilsig::error::Error;
+use soilsig::radiometry::{Atmosphere, SkyTable, Temperature};
+use soilsig::scene::Sky;
 use soilsig::spectrum::Spectrum;
 use soilsig::table::Table;
-use soilsig::{plot, remarks, report, signature};
+use soilsig::{plot, remarks, report, signature, words};
 
-use super::{Bands, ChartFormat, print, spectrum_source, usage};
+use super::{Assumptions, Bands, ChartFormat, print, spectrum_source, usage};
 
 /// Evaluates bounce tables: emissivity and radiance by band, without tracing again
 #[derive(clap::Args)]
@@ -28,6 +30,14 @@ pub struct Args {
     /// Another temperature of the scene, K
     #[arg(long, value_name = "K")]
     temperature: Option<f64>,
+    /// Another sky: its temperature, K, or a CSV file of its radiance
+    #[arg(long, value_name = "K|FILE")]
+    sky: Option<String>,
+    /// Another atmosphere between target and sensor: a CSV file
+    #[arg(long, value_name = "FILE")]
+    atmosphere: Option<PathBuf>,
+    #[command(flatten)]
+    assumptions: Assumptions,
     #[command(flatten)]
     bands: Bands,
 }
@@ -60,14 +70,24 @@ pub fn run(args: &Args) -> Result<(), Error> {
         }
         table.temperature_k = temperature_k;
     }
+    if let Some(sky) = &args.sky {
+        set_sky(table, sky)?;
+    }
+    if let Some(path) = &args.atmosphere {
+        table.atmosphere = Some(Atmosphere::read(path)?);
+    }
+    let temperature =
+        Temperature { error_k: args.assumptions.temperature_error, ..table.temperature() };
+    let assumed = args.assumptions.assumed();
     let bands = signature::evaluate(&tables, &wavelengths_um)?;
     for remark in remarks::of_result(&tables, &bands, tables[0].stop.tolerance, None) {
         eprintln!("warning: {remark}");
     }
     match &args.out {
-        Some(path) => signature::write_csv(&bands, path)?,
-        None => print(&signature::csv_text(&bands))?,
+        Some(path) => signature::write_csv(&bands, temperature, assumed, path)?,
+        None => print(&signature::csv_text(&bands, temperature, assumed))?,
     }
+    eprint!("{}", words::retrieval(&report::retrieval(&tables[0], &bands, assumed)));
     if let (Some(path), Some(format)) = (&args.plot, format) {
         let versions = BTreeMap::from([("soilsig".into(), env!("CARGO_PKG_VERSION").into())]);
         let svg = plot::emissivity_svg(&report::chart(
@@ -77,5 +97,26 @@ pub fn run(args: &Args) -> Result<(), Error> {
         ))?;
         format.write(&svg, path)?;
     }
+    Ok(())
+}
+
+/// Gives a table another sky, if it kept of its paths what that needs.
+fn set_sky(table: &mut Table, text: &str) -> Result<(), Error> {
+    if let Ok(kelvin) = text.parse::<f64>() {
+        let sky = Sky::Isotropic(kelvin);
+        if let Some(problem) = sky.problem() {
+            usage(&format!("--sky {problem}"));
+        }
+        (table.sky_temperature_k, table.sky_radiance) = (Some(sky), None);
+        return Ok(());
+    }
+    let sky = SkyTable::read(Path::new(text))?;
+    if sky.is_by_zenith() && table.histogram.kept.zeniths == 1 {
+        usage(&format!(
+            "{text} depends on the zenith angle, and the paths were traced without it; trace the scene again with \
+             such a sky"
+        ));
+    }
+    (table.sky_temperature_k, table.sky_radiance) = (None, Some(sky));
     Ok(())
 }

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use check::{Checked, need, temperature, unique};
 pub use packing::{Collision, Cover, Drop, Dust, FineClass, Fines, GrainClass, Packing, Shape};
 pub use placed::{Domain, Floor, Instance, Placed, Prototype, Sides, UpAxis};
-pub use sky::{Sky, SkyPoint};
+pub use sky::{Sky, SkyPoint, SkyRadiance};
 
 /// The format's version, the value of `soilsig_scene`.
 pub const FORMAT: u32 = 1;
@@ -107,6 +107,13 @@ pub struct Scene {
     /// paper.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sky_temperature_k: Option<Sky>,
+    /// Radiance of the sky from a file, in place of its temperature.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sky_radiance: Option<SkyRadiance>,
+    /// A CSV file with what lies between target and sensor, relative to the scene file: columns `wavelength_um`,
+    /// `transmittance` and `l_path_w_m2_sr_um`. Without it nothing does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub atmosphere_file: Option<PathBuf>,
     /// Where the sensor looks from.
     pub view: View,
     /// What surfaces are made of: one entry for each size class of each mineral, in the order in
@@ -207,6 +214,19 @@ impl Scene {
         material.temperature_k.unwrap_or(self.temperature_k)
     }
 
+    /// Whether the sky's radiance depends on the zenith angle.
+    pub fn sky_is_by_zenith(&self) -> bool {
+        matches!(self.sky_temperature_k, Some(Sky::ByZenith(_)))
+            || matches!(self.sky_radiance, Some(SkyRadiance::ByZenith(_)))
+    }
+
+    /// The files of sky and atmosphere, by what they are.
+    pub fn air_files_mut(&mut self) -> impl Iterator<Item = (&'static str, &mut PathBuf)> {
+        let sky = self.sky_radiance.as_mut().map(|sky| ("sky", sky.file_mut()));
+        let atmosphere = self.atmosphere_file.as_mut().map(|file| ("atmosphere", file));
+        sky.into_iter().chain(atmosphere)
+    }
+
     /// The place of a material in the list.
     pub fn material_index(&self, name: &str) -> Option<usize> {
         self.materials.iter().position(|material| material.name == name)
@@ -223,6 +243,11 @@ impl Scene {
         if let Some(problem) = self.sky_temperature_k.as_ref().and_then(Sky::problem) {
             return Err(("sky_temperature_k".into(), problem));
         }
+        need(
+            self.sky_temperature_k.is_none() || self.sky_radiance.is_none(),
+            "sky_radiance",
+            || "the sky has a temperature already: give one of both".into(),
+        )?;
         need((0.0..=89.9).contains(&self.view.zenith_deg), "view.zenith_deg", || {
             format!("{} is not within 0 (nadir) to 89.9", self.view.zenith_deg)
         })?;

@@ -1,5 +1,7 @@
 //! The sky of a scene file.
 
+use std::path::PathBuf;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +25,31 @@ pub struct SkyPoint {
     pub zenith_deg: f64,
     /// Temperature, kelvin.
     pub temperature_k: f64,
+}
+
+/// A CSV file with the radiance of the sky by wavelength, relative to the scene file.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SkyRadiance {
+    /// The same in all directions: columns `wavelength_um` and `l_downwelling_w_m2_sr_um`.
+    Isotropic(PathBuf),
+    /// By zenith angle: a column `zenith_deg` besides, from 0 to 90.
+    ByZenith(PathBuf),
+}
+
+impl SkyRadiance {
+    /// The file.
+    pub fn file(&self) -> &PathBuf {
+        match self {
+            Self::Isotropic(file) | Self::ByZenith(file) => file,
+        }
+    }
+
+    pub(super) fn file_mut(&mut self) -> &mut PathBuf {
+        match self {
+            Self::Isotropic(file) | Self::ByZenith(file) => file,
+        }
+    }
 }
 
 impl Sky {

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::shipped::{POWDERS, QUARTZ_SETS};
+use crate::envi::EnviError;
 
 /// A spectrum cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -115,6 +116,15 @@ impl SpectrumError {
             Self::Gap { .. } => "ask for a range on one side of it, with --range".into(),
             Self::Read { .. } => return None,
         })
+    }
+}
+
+impl From<EnviError> for SpectrumError {
+    fn from(error: EnviError) -> Self {
+        match error {
+            EnviError::Read { path, source } => Self::Read { path, source },
+            EnviError::Form { path, problem } => Self::Form { path, line: 1, problem },
+        }
     }
 }
 

@@ -75,7 +75,7 @@ impl Response {
         nodes.extend(further_um.iter().filter(|um| span.contains(um)));
         nodes.sort_by(f64::total_cmp);
         nodes.dedup();
-        let weighed = |um| Ok(self.at(um) * of(um)?);
+        let weighed = |um| of(um).map(|value| self.at(um) * value);
         nodes.windows(2).try_fold(0.0, |sum, ends| {
             let middle = f64::midpoint(ends[0], ends[1]);
             let mean = (weighed(ends[0])? + 4.0 * weighed(middle)? + weighed(ends[1])?) / 6.0;

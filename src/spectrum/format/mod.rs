@@ -133,7 +133,7 @@ pub fn sampled(spectrum: &Spectrum, wavelength_um: &[f64]) -> Result<Vec<f64>, S
 
 /// In what a file counts wavelengths.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Unit {
+pub(crate) enum Unit {
     Micrometre,
     Nanometre,
     Wavenumber,
@@ -141,7 +141,7 @@ enum Unit {
 
 impl Unit {
     /// What a heading or label says, if it says it.
-    fn named(text: &str) -> Option<Self> {
+    pub(crate) fn named(text: &str) -> Option<Self> {
         let text = text.to_lowercase();
         let has = |parts: &[&str]| parts.iter().any(|part| text.contains(part));
         if has(&["wavenumber", "cm-1", "cm^-1", "1/cm"]) {
@@ -157,7 +157,7 @@ impl Unit {
         }
     }
 
-    fn um(self, value: f64) -> f64 {
+    pub(crate) fn um(self, value: f64) -> f64 {
         match self {
             Self::Micrometre => value,
             Self::Nanometre => value / 1e3,
@@ -170,15 +170,11 @@ fn ending(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
-fn bytes(path: &Path) -> Result<Vec<u8>, SpectrumError> {
-    fs::read(path).map_err(|source| SpectrumError::Read { path: path.to_owned(), source })
-}
-
 /// A text file in UTF-8, else in Latin-1, without a byte order mark.
 fn text(path: &Path) -> Result<String, SpectrumError> {
-    let text = String::from_utf8(bytes(path)?)
-        .unwrap_or_else(|latin_1| latin_1.as_bytes().iter().map(|&b| b as char).collect());
-    Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
+    let bytes =
+        fs::read(path).map_err(|source| SpectrumError::Read { path: path.to_owned(), source })?;
+    Ok(crate::envi::text(bytes))
 }
 
 /// Whether a label says transmission, in any of the spellings that libraries have.

@@ -1,0 +1,64 @@
+//! The atmosphere between target and sensor.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::columns::{covers, on_line};
+use super::{Columns, RadiometryError};
+
+/// Transmittance and path radiance between target and sensor, with straight lines between the points.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Atmosphere {
+    /// The file that they come from.
+    pub file: String,
+    /// Wavelengths, um, ascending, at least two.
+    pub wavelength_um: Vec<f64>,
+    /// Transmittance, 0 to 1.
+    pub transmittance: Vec<f64>,
+    /// Path radiance, W m-2 sr-1 um-1, 0 or more.
+    pub l_path: Vec<f64>,
+}
+
+impl Atmosphere {
+    /// Reads a CSV file with the columns `wavelength_um`, `transmittance` and `l_path_w_m2_sr_um`.
+    pub fn read(path: &Path) -> Result<Self, RadiometryError> {
+        let columns = Columns::read(path)?;
+        let (wavelength_um, rows) = columns.ascending_um()?;
+        let (transmittance, l_path) =
+            (columns.needed("transmittance")?, columns.needed_radiance("l_path")?);
+        if let Some(row) = transmittance.iter().position(|tau| !(0.0..=1.0).contains(tau)) {
+            let problem = format!("a transmittance of {} is not within 0 to 1", transmittance[row]);
+            return Err(columns.wrong(row, problem));
+        }
+        Ok(Self {
+            file: columns.file(),
+            wavelength_um,
+            transmittance: rows.iter().map(|&row| transmittance[row]).collect(),
+            l_path: rows.iter().map(|&row| l_path[row]).collect(),
+        })
+    }
+
+    /// Transmittance and path radiance at a wavelength in um; an error outside the range held.
+    pub fn at(&self, wavelength_um: f64) -> Result<(f64, f64), RadiometryError> {
+        covers(&self.file, &self.wavelength_um, [wavelength_um; 2])?;
+        let of = |y| on_line(&self.wavelength_um, y, wavelength_um);
+        Ok((of(&self.transmittance), of(&self.l_path)))
+    }
+
+    /// Whether it holds all wavelengths from one to another, um.
+    pub fn covers(&self, wanted_um: [f64; 2]) -> Result<(), RadiometryError> {
+        covers(&self.file, &self.wavelength_um, wanted_um)
+    }
+
+    /// Whether it is one: a table may have been written by other hands.
+    pub(crate) fn is_sound(&self) -> bool {
+        let points = self.wavelength_um.len();
+        points >= 2
+            && self.wavelength_um.is_sorted_by(|a, b| a < b)
+            && [self.transmittance.len(), self.l_path.len()] == [points; 2]
+            && self.transmittance.iter().all(|tau| (0.0..=1.0).contains(tau))
+            && self.l_path.iter().all(|l| l.is_finite() && *l >= 0.0)
+    }
+}

@@ -1,0 +1,100 @@
+//! Planck's law, its slope in temperature, and its inverse.
+
+/// Planck constant, J s (CODATA 2019, exact).
+const H: f64 = 6.626_070_15e-34;
+/// Speed of light, m/s (exact).
+const C: f64 = 299_792_458.0;
+/// Boltzmann constant, J/K (exact).
+const K_B: f64 = 1.380_649e-23;
+
+/// First radiation constant of spectral radiance, 2 h c^2, for wavelengths in um: W m-2 sr-1 um4.
+const C_1L: f64 = 2.0 * H * C * C * 1e24;
+/// Second radiation constant, h c / k, um K.
+const C_2: f64 = H * C / K_B * 1e6;
+
+/// Spectral radiance of a black body, `l_blackbody`: wavelength in um and temperature in K, both
+/// above 0. Where it is less than the smallest number there is (300 K: below 0.07 um) it is 0.
+pub fn planck(wavelength_um: f64, temperature_k: f64) -> f64 {
+    C_1L / wavelength_um.powi(5) / (C_2 / (wavelength_um * temperature_k)).exp_m1()
+}
+
+/// How [`planck`] rises with the temperature, W m-2 sr-1 um-1 K-1.
+pub fn planck_derivative(wavelength_um: f64, temperature_k: f64) -> f64 {
+    let x = C_2 / (wavelength_um * temperature_k);
+    planck(wavelength_um, temperature_k) * x / temperature_k / -(-x).exp_m1()
+}
+
+/// The temperature at which a black body has this radiance, K: [`planck`] inverted. `None` of a radiance that no
+/// black body has, 0 or less or not finite.
+pub fn brightness_temperature_k(wavelength_um: f64, l: f64) -> Option<f64> {
+    let x = (C_1L / wavelength_um.powi(5) / l).ln_1p();
+    (l > 0.0 && l.is_finite()).then(|| C_2 / (wavelength_um * x))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// W m-2 sr-1 um-1, by mpmath 1.3.0 with 50 digits from the exact constants of CODATA 2019:
+    ///
+    /// ```python
+    /// from mpmath import mp, mpf, expm1
+    /// mp.dps = 50
+    /// h, c, k = mpf("6.62607015e-34"), mpf(299792458), mpf("1.380649e-23")
+    /// B = lambda um, T: 2*h*c**2 / (um*mpf("1e-6"))**5 / expm1(h*c/(um*mpf("1e-6")*k*T)) * mpf("1e-6")
+    /// # and its slope: diff(lambda T: B(um, T), T)
+    /// ```
+    const EXACT: [(f64, f64, f64, f64); 15] = [
+        (3.0, 100.0, 7.2759974416848718e-16, 3.4895122932913235e-16),
+        (3.0, 300.0, 5.5912854795379903e-2, 2.9794863633970248e-3),
+        (3.0, 1000.0, 4.0839643333624258e3, 1.9749576203866906e1),
+        (5.0, 200.0, 2.1505476435632559e-2, 1.5470799847042646e-3),
+        (7.36, 300.0, 8.170182120533932, 1.7772469690508734e-1),
+        (8.0, 300.0, 9.0783574228853808, 1.8186603114521493e-1),
+        (9.0, 300.0, 9.8300659906580792, 1.7545924664211569e-1),
+        (10.0, 300.0, 9.9240333300706947, 1.5997156725132194e-1),
+        (11.0, 300.0, 9.573180197160774, 1.4092895393880903e-1),
+        (12.0, 300.0, 8.9613723055290298, 1.2161857763202043e-1),
+        (14.0, 250.0, 3.6912423061393297, 6.1707383971483667e-2),
+        (8.5, 1000.0, 6.0539025699280905e2, 1.2558379019226823),
+        (20.0, 100.0, 2.7979471657581844e-2, 2.0143239341878684e-3),
+        (20.0, 300.0, 3.7217383049235614, 3.2723261851570357e-2),
+        (20.0, 1000.0, 3.5340770278470708e1, 4.9563783672213542e-2),
+    ];
+
+    #[test]
+    fn planck_and_its_slope_are_exact_from_100_to_1000_k_and_3_to_20_um() {
+        for (um, kelvin, l, slope) in EXACT {
+            assert!((planck(um, kelvin) / l - 1.0).abs() < 1e-12, "{um} um, {kelvin} K");
+            let ratio = planck_derivative(um, kelvin) / slope;
+            assert!((ratio - 1.0).abs() < 1e-12, "slope, {um} um, {kelvin} K");
+        }
+    }
+
+    #[test]
+    fn the_brightness_temperature_inverts_planck() {
+        for um in (0..=170).map(|i| 3.0 + 0.1 * f64::from(i)) {
+            for kelvin in (0..=900).map(|i| 100.0 + f64::from(i)) {
+                let back = brightness_temperature_k(um, planck(um, kelvin)).expect("it is above 0");
+                assert!((back / kelvin - 1.0).abs() < 1e-12, "{um} um, {kelvin} K: {back}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_ends_are_stable() {
+        // Wien's end: too faint for a number, and no NaN.
+        assert_eq!(planck(0.01, 1.0), 0.0);
+        assert_eq!(planck_derivative(0.01, 1.0), 0.0);
+        // The Rayleigh-Jeans end: 2 c k T / lambda^4 to first order in x / 2.
+        let (um, kelvin) = (1e4, 1e4);
+        let x = C_2 / (um * kelvin);
+        let rayleigh_jeans = C_1L / C_2 * kelvin / um.powi(4) * (1.0 - x / 2.0);
+        assert!((planck(um, kelvin) / rayleigh_jeans - 1.0).abs() < x * x);
+        let back = brightness_temperature_k(um, planck(um, kelvin)).expect("it is above 0");
+        assert!((back / kelvin - 1.0).abs() < 1e-12);
+        for no_radiance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(brightness_temperature_k(9.0, no_radiance), None);
+        }
+    }
+}

@@ -1,0 +1,275 @@
+//! Temperature from a target's own radiance, where nothing else tells it (temperature-emissivity separation).
+//!
+//! Each method gives the temperature; the emissivity is then Eq. 2's.
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Assumed, Measured, RadiometryError, Temperature, brightness_temperature_k, emissivity, planck,
+    planck_derivative,
+};
+
+/// How the temperature is found.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, clap::ValueEnum,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Normalised emissivities, then the least emissivity from the contrast (Gillespie et al. 1998)
+    Nem,
+    /// The temperature that leaves least of the sky's lines in the emissivity (ISSTES)
+    Smoothness,
+    /// The brightness temperature where quartz is black, at 7.36 um
+    Christiansen,
+}
+
+impl Method {
+    /// All there are.
+    pub const ALL: [Self; 3] = [Self::Nem, Self::Smoothness, Self::Christiansen];
+
+    /// What it is called.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Nem => "nem",
+            Self::Smoothness => "smoothness",
+            Self::Christiansen => "christiansen",
+        }
+    }
+}
+
+/// The greatest emissivity that NEM starts from.
+const NEM_EMISSIVITY: f64 = 0.99;
+/// Bands that the contrast is taken of, um: those of the instrument that its regression was made for.
+const MMD_UM: [f64; 2] = [8.0, 12.0];
+/// How well the regression knows the least emissivity (Gillespie et al., ATBD 2.4, 1999).
+const MMD_ERROR: f64 = 0.015;
+/// Where quartz is black, um, by how much it is, and how well that is known: measured powders have .997 to 1.000 at
+/// 7.344 to 7.354 um.
+const CHRISTIANSEN_UM: [f64; 2] = [7.33, 7.39];
+const CHRISTIANSEN_EMISSIVITY: f64 = 0.997;
+const CHRISTIANSEN_ERROR: f64 = 0.003;
+/// Width over which brightness temperatures and contrasts are averaged, um: the largest of many noisy bands is the
+/// noisiest, and features of minerals are wider than this.
+const WINDOW_UM: f64 = 0.1;
+/// How far from the highest brightness temperature smoothness is looked for, K.
+const SEARCH_K: [f64; 2] = [-2.0, 40.0];
+/// Smoothness needs lines in the sky: with the temperature the emissivity has to get rougher at least so many times
+/// faster than by its mere scale.
+const LEAST_SIGNAL: f64 = 5.0;
+
+/// Finds the temperature of a target from its radiance in bands of ascending wavelength.
+///
+/// The error holds the noise, what the method itself leaves open, and the error of the sky.
+///
+/// # Errors
+/// Where the method has nothing to go by, with the reason.
+pub fn separate(
+    method: Method,
+    bands: &[Measured],
+    assumed: Assumed,
+) -> Result<Temperature, RadiometryError> {
+    let of = |bands: &[Measured]| match method {
+        Method::Nem => nem(bands, assumed),
+        Method::Smoothness => smoothness(bands, assumed),
+        Method::Christiansen => christiansen(bands, assumed),
+    };
+    let found = of(bands)?;
+    if assumed.downwelling_error == 0.0 {
+        return Ok(found);
+    }
+    let brighter = |b: &Measured| Measured {
+        l_downwelling: b.l_downwelling * (1.0 + assumed.downwelling_error),
+        ..*b
+    };
+    let moved = of(&bands.iter().map(brighter).collect::<Vec<_>>())?;
+    Ok(Temperature { error_k: found.error_k.hypot(moved.k - found.k), ..found })
+}
+
+fn refused(method: Method, problem: impl Into<String>) -> RadiometryError {
+    RadiometryError::Separation { method: method.name(), problem: problem.into() }
+}
+
+/// Temperature of a band whose emissivity is known, and its standard error.
+fn known(b: &Measured, emissivity: f64, emissivity_error: f64) -> Option<Temperature> {
+    let l_emitted = b.l_target - (1.0 - emissivity) * b.l_downwelling;
+    let k = brightness_temperature_k(b.wavelength_um, l_emitted / emissivity)?;
+    let by_emissivity = (planck(b.wavelength_um, k) - b.l_downwelling) * emissivity_error;
+    let slope = emissivity * planck_derivative(b.wavelength_um, k);
+    Some(Temperature { k, error_k: b.l_target_error.hypot(by_emissivity) / slope })
+}
+
+/// Means over windows of [`WINDOW_UM`] about each band.
+fn smoothed(bands: &[Measured], values: &[f64]) -> Vec<f64> {
+    let um = |i: usize| bands[i].wavelength_um;
+    let half = WINDOW_UM / 2.0 + 1e-9;
+    let (mut from, mut to) = (0, 0);
+    (0..bands.len())
+        .map(|i| {
+            while um(i) - um(from) > half {
+                from += 1;
+            }
+            while to < bands.len() && um(to) - um(i) <= half {
+                to += 1;
+            }
+            values[from..to].iter().sum::<f64>() / (to - from) as f64
+        })
+        .collect()
+}
+
+/// The bands that tell something if the target is as warm as it looks where it looks warmest, and that temperature.
+fn telling(
+    method: Method,
+    bands: &[Measured],
+    assumed: Assumed,
+) -> Result<(Vec<Measured>, f64), RadiometryError> {
+    let seen: Vec<Measured> =
+        bands.iter().copied().filter(|b| b.brightness_temperature().is_some()).collect();
+    let brightness: Vec<f64> =
+        seen.iter().filter_map(|b| b.brightness_temperature().map(|t| t.k)).collect();
+    let warmest = smoothed(&seen, &brightness).into_iter().fold(0.0, f64::max);
+    let tells = |b: &Measured| b.amplification(warmest) <= assumed.amplification_limit;
+    let telling: Vec<Measured> = seen.into_iter().filter(tells).collect();
+    if telling.len() < 3 {
+        let limit = assumed.amplification_limit;
+        let problem = format!("fewer than three bands amplify errors no more than {limit} times");
+        return Err(refused(method, problem));
+    }
+    Ok((telling, warmest))
+}
+
+fn greatest(values: &[f64]) -> usize {
+    let by_value = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
+    (0..values.len()).max_by(by_value).expect("there are bands")
+}
+
+/// NEM: whatever band is blackest has an emissivity of .99. MMD: the contrast that follows tells the least emissivity,
+/// e_min = .994 - .687 MMD^.737, and with it the temperature.
+fn nem(bands: &[Measured], assumed: Assumed) -> Result<Temperature, RadiometryError> {
+    let (telling, _) = telling(Method::Nem, bands, assumed)?;
+    let within: Vec<Measured> = telling
+        .into_iter()
+        .filter(|b| (MMD_UM[0]..=MMD_UM[1]).contains(&b.wavelength_um))
+        .collect();
+    if within.len() < 3 {
+        let problem = "fewer than three bands within 8 to 12 um tell anything";
+        return Err(refused(Method::Nem, problem));
+    }
+    // A band less black than the blackest looks colder under the same assumption: the warmest is right.
+    let assuming = |e: f64| -> Option<Vec<f64>> {
+        within.iter().map(|b| known(b, e, 0.0).map(|t| t.k)).collect()
+    };
+    let too_faint = || refused(Method::Nem, "a band is fainter than the sky it reflects");
+    let normal = smoothed(&within, &assuming(NEM_EMISSIVITY).ok_or_else(too_faint)?);
+    let nem_k = normal[greatest(&normal)];
+    let e: Vec<f64> = within
+        .iter()
+        .map(|b| emissivity(b.l_target, planck(b.wavelength_um, nem_k), b.l_downwelling))
+        .collect();
+    let e = smoothed(&within, &e);
+    let mean = e.iter().sum::<f64>() / e.len() as f64;
+    let least = e.iter().copied().fold(f64::INFINITY, f64::min);
+    let blackest = greatest(&e);
+    let least_by_contrast = 0.994 - 0.687 * ((e[blackest] - least) / mean).powf(0.737);
+    let of_blackest = (e[blackest] / least * least_by_contrast).min(1.0);
+    let about: Vec<Temperature> = within
+        .iter()
+        .zip(&e)
+        .filter(|(b, _)| {
+            (b.wavelength_um - within[blackest].wavelength_um).abs() <= WINDOW_UM / 2.0 + 1e-9
+        })
+        .filter_map(|(b, e_band)| {
+            known(
+                b,
+                of_blackest * e_band / e[blackest],
+                of_blackest / least_by_contrast * MMD_ERROR,
+            )
+        })
+        .collect();
+    mean_of(&about).ok_or_else(too_faint)
+}
+
+/// Bands with a common error: the mean, no surer than each.
+fn mean_of(bands: &[Temperature]) -> Option<Temperature> {
+    let n = bands.len() as f64;
+    let k = bands.iter().map(|t| t.k).sum::<f64>() / n;
+    let error_k = bands.iter().map(|t| t.error_k).sum::<f64>() / n;
+    (!bands.is_empty()).then_some(Temperature { k, error_k })
+}
+
+fn christiansen(bands: &[Measured], assumed: Assumed) -> Result<Temperature, RadiometryError> {
+    let [from, to] = CHRISTIANSEN_UM;
+    let there: Vec<&Measured> =
+        bands.iter().filter(|b| (from..=to).contains(&b.wavelength_um)).collect();
+    if there.is_empty() {
+        let problem = format!("there is no band within {from} to {to} um, where quartz is black");
+        return Err(refused(Method::Christiansen, problem));
+    }
+    let temperatures: Vec<Temperature> = there
+        .iter()
+        .filter_map(|b| known(b, CHRISTIANSEN_EMISSIVITY, CHRISTIANSEN_ERROR))
+        .filter(|t| there.iter().all(|b| b.amplification(t.k) <= assumed.amplification_limit))
+        .collect();
+    if temperatures.len() < there.len() {
+        let problem = format!("the sky is as bright as the target within {from} to {to} um");
+        return Err(refused(Method::Christiansen, problem));
+    }
+    Ok(mean_of(&temperatures).expect("there is a band"))
+}
+
+/// Second differences of the emissivity over a third, at a temperature: what a spectrometer sees of the sky's lines.
+fn roughness(bands: &[Measured], temperature_k: f64) -> Vec<f64> {
+    let e: Vec<f64> = bands
+        .iter()
+        .map(|b| emissivity(b.l_target, planck(b.wavelength_um, temperature_k), b.l_downwelling))
+        .collect();
+    e.windows(3).map(|e| (2.0 * e[1] - e[0] - e[2]) / 3.0).collect()
+}
+
+fn smoothness(bands: &[Measured], assumed: Assumed) -> Result<Temperature, RadiometryError> {
+    let method = Method::Smoothness;
+    let (telling, warmest_k) = telling(method, bands, assumed)?;
+    let squares = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
+    let cost = |k: f64| squares(&roughness(&telling, k));
+    let no_signal = || {
+        refused(
+            method,
+            "the sky has no lines that the temperature could be told by, or the noise hides them",
+        )
+    };
+    // From a coarse look to the lowest place, then by thirds.
+    let step = 0.5;
+    let steps = ((SEARCH_K[1] - SEARCH_K[0]) / step) as usize;
+    let k_at = |i: usize| warmest_k + SEARCH_K[0] + step * i as f64;
+    let costs: Vec<f64> = (0..=steps).map(|i| cost(k_at(i))).collect();
+    let least = (0..=steps).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).expect("some");
+    if least == 0 || least == steps {
+        return Err(no_signal());
+    }
+    let (mut from, mut to) = (k_at(least - 1), k_at(least + 1));
+    while to - from > 1e-6 {
+        let third = (to - from) / 3.0;
+        if cost(from + third) < cost(to - third) { to -= third } else { from += third }
+    }
+    let k = f64::midpoint(from, to);
+    let rough = roughness(&telling, k);
+    let dk = 1e-2;
+    let slope: Vec<f64> = roughness(&telling, k + dk)
+        .iter()
+        .zip(roughness(&telling, k - dk))
+        .map(|(above, below)| (above - below) / (2.0 * dk))
+        .collect();
+    // By mere scale the emissivity, and its roughness with it, changes by dB/dT / (B - L_d) of itself a kelvin.
+    let by_scale = |b: &Measured| {
+        let l = planck(b.wavelength_um, k) - b.l_downwelling;
+        planck_derivative(b.wavelength_um, k) / l.abs()
+    };
+    let scale = telling.iter().map(by_scale).sum::<f64>() / telling.len() as f64;
+    let [rough, slope] = [squares(&rough), squares(&slope)];
+    if slope.sqrt() < LEAST_SIGNAL * scale * rough.sqrt() {
+        return Err(no_signal());
+    }
+    // What is left of roughness is taken for noise. Second differences of neighbours are not independent; 8/3 is
+    // the most that this makes of the variance.
+    let variance = 8.0 / 3.0 * rough / (telling.len() - 3).max(1) as f64 / slope;
+    Ok(Temperature { k, error_k: variance.sqrt() })
+}
