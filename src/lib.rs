@@ -15,6 +15,7 @@
 //! | emissivity of a facet | [`spectrum`], [`optics`] |
 //! | the mean over packings and its error | [`packings`] |
 //! | emissivity and radiance of the bed (Eq. 1 to 3) | [`signature`], [`radiometry`] |
+//! | emissivity back from measured radiance | [`retrieve`] |
 //! | charts and pictures | [`plot`], [`picture`] |
 //! | images of the bed, a spectrum for every pixel | [`cube`], [`envi`] |
 //! | what a result says of itself, in numbers and in words | [`report`], [`words`], [`remarks`] |
@@ -56,6 +57,7 @@ pub mod radiometry;
 pub mod random;
 pub mod record;
 pub mod remarks;
+pub mod retrieve;
 pub mod scene;
 mod section;
 pub mod shipped;

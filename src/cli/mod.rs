@@ -7,6 +7,7 @@ mod merge;
 mod picture;
 mod pipeline;
 mod replay;
+mod retrieve;
 mod schema;
 mod signature;
 mod spectra;
@@ -45,6 +46,7 @@ enum Command {
     Trace(trace::Args),
     Merge(merge::Args),
     Signature(signature::Args),
+    Retrieve(retrieve::Args),
     Replay(replay::Args),
     Grains(grains::Args),
     Spectra(spectra::Args),
@@ -258,6 +260,7 @@ pub fn run() -> ExitCode {
         Command::Trace(args) => trace::run(args),
         Command::Merge(args) => merge::run(args),
         Command::Signature(args) => signature::run(args).map(|()| None),
+        Command::Retrieve(args) => retrieve::run(args).map(|()| None),
         Command::Replay(args) => replay::run(args),
         Command::Spectra(args) => spectra::run(args).map(|()| None),
         Command::Grains(args) => grains::run(args, &cache).map(|()| None),

@@ -26,6 +26,7 @@ impl Atmosphere {
     pub fn read(path: &Path) -> Result<Self, RadiometryError> {
         let columns = Columns::read(path)?;
         let (wavelength_um, rows) = columns.ascending_um()?;
+        columns.two_at_least(&wavelength_um)?;
         let (transmittance, l_path) =
             (columns.needed("transmittance")?, columns.needed_radiance("l_path")?);
         if let Some(row) = transmittance.iter().position(|tau| !(0.0..=1.0).contains(tau)) {

@@ -85,10 +85,15 @@ impl Columns {
         Ok(None)
     }
 
+    /// The column of a measured radiance, which may be below 0 by noise.
+    pub fn measured_radiance(&self, stem: &str) -> Result<Vec<f64>, RadiometryError> {
+        let wanted = || self.lacks(&format!("{stem}{}", RADIANCE_UNITS[0].0));
+        self.radiance(stem)?.ok_or_else(wanted)
+    }
+
     /// The column of a radiance that has to be there, 0 or more.
     pub fn needed_radiance(&self, stem: &str) -> Result<Vec<f64>, RadiometryError> {
-        let wanted = || self.lacks(&format!("{stem}{}", RADIANCE_UNITS[0].0));
-        let l = self.radiance(stem)?.ok_or_else(wanted)?;
+        let l = self.measured_radiance(stem)?;
         match l.iter().position(|&l| l < 0.0) {
             Some(row) => Err(self.wrong(row, format!("{stem}: a radiance below 0"))),
             None => Ok(l),
@@ -107,7 +112,7 @@ impl Columns {
         }
     }
 
-    /// The wavelengths in ascending order, each once, at least two, and the rows that hold them.
+    /// The wavelengths in ascending order, each once, and the rows that hold them.
     pub fn ascending_um(&self) -> Result<(Vec<f64>, Vec<usize>), RadiometryError> {
         let um = self.wavelength_um()?;
         let mut rows: Vec<usize> = (0..um.len()).collect();
@@ -116,10 +121,15 @@ impl Columns {
             let problem = format!("the wavelength {} um stands twice", um[pair[1]]);
             return Err(self.wrong(pair[1], problem));
         }
-        if rows.len() < 2 {
-            return Err(self.wrong_file("there must be at least two wavelengths".into()));
-        }
         Ok((rows.iter().map(|&row| um[row]).collect(), rows))
+    }
+
+    /// For what straight lines are drawn between.
+    pub(super) fn two_at_least(&self, wavelength_um: &[f64]) -> Result<(), RadiometryError> {
+        match wavelength_um.len() {
+            0 | 1 => Err(self.wrong_file("there must be at least two wavelengths".into())),
+            _ => Ok(()),
+        }
     }
 
     /// An error in a row, counted from 0 below the headings.

@@ -31,6 +31,7 @@ impl SkyTable {
         let file = columns.file();
         let Some(zenith) = columns.column("zenith_deg")? else {
             let (wavelength_um, rows) = columns.ascending_um()?;
+            columns.two_at_least(&wavelength_um)?;
             let l_sky = vec![rows.iter().map(|&row| l[row]).collect()];
             return Ok(Self { file, wavelength_um, zenith_deg: vec![0.0], l_sky });
         };
@@ -47,9 +48,7 @@ impl SkyTable {
                 "zenith_deg goes from {first} to {last}, and 0 to 90 is wanted"
             )));
         }
-        if wavelength_um.len() < 2 {
-            return Err(columns.wrong_file("there must be at least two wavelengths".into()));
-        }
+        columns.two_at_least(&wavelength_um)?;
         let mut l_sky = vec![vec![f64::NAN; wavelength_um.len()]; zenith_deg.len()];
         let place = |values: &[f64], value: f64| values.partition_point(|&v| v < value);
         for row in 0..um.len() {
