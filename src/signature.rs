@@ -77,6 +77,8 @@ impl Grid {
 pub struct Band {
     /// Wavelength, um.
     pub wavelength_um: f64,
+    /// Whether the models of all facets hold: not where `fresnel` facets bound grains that let light through.
+    pub valid: bool,
     /// Emissivity of the bed towards the sensor, with its errors: a property of the bed, whatever its
     /// temperatures.
     pub emissivity: Estimate,
@@ -159,13 +161,14 @@ fn band(packings: &[Table], wavelength_um: f64, reflectance: &[f64]) -> Band {
     let table = &packings[0];
     let kept = table.histogram.kept;
     let emissivity = Estimate::emissivity(packings, reflectance);
+    let valid = table.materials.iter().all(|m| m.is_valid(wavelength_um));
     let planck = |temperature_k| radiance::planck(wavelength_um, temperature_k);
     let l_blackbody = planck(table.temperature_k);
     let sky = |zenith_deg| {
         table.sky_temperature_k.as_ref().map_or(0.0, |sky| planck(sky.temperature_k(zenith_deg)))
     };
     if kept.zeniths == 1 && !kept.order {
-        return isothermal(wavelength_um, emissivity, l_blackbody, sky(0.0));
+        return Band { valid, ..isothermal(wavelength_um, emissivity, l_blackbody, sky(0.0)) };
     }
     let zeniths = f64::from(kept.zeniths);
     let l_sky: Vec<f64> =
@@ -181,6 +184,7 @@ fn band(packings: &[Table], wavelength_um: f64, reflectance: &[f64]) -> Band {
     let l_target = Estimate::of(&all.iter().map(|radiance| radiance.l_target).collect::<Vec<_>>());
     Band {
         wavelength_um,
+        valid,
         emissivity,
         l_emitted: mean(&|radiance| radiance.l_emitted),
         l_reflected: mean(&|radiance| radiance.l_reflected),
@@ -203,6 +207,7 @@ fn isothermal(
     let l_reflected = (1.0 - emissivity.mean) * l_downwelling;
     Band {
         wavelength_um,
+        valid: true,
         emissivity,
         l_emitted,
         l_reflected,
@@ -213,8 +218,14 @@ fn isothermal(
     }
 }
 
+/// Where the models of facets do not hold: from the first to the last of bands on end, um.
+pub fn not_valid_um(bands: &[Band]) -> Vec<[f64; 2]> {
+    let runs = bands.chunk_by(|a, b| a.valid == b.valid).filter(|run| !run[0].valid);
+    runs.map(|run| [run[0].wavelength_um, run[run.len() - 1].wavelength_um]).collect()
+}
+
 /// Headings of a signature's CSV file.
-pub const COLUMNS: [&str; 12] = [
+pub const COLUMNS: [&str; 13] = [
     "wavelength_um",
     "emissivity",
     "emissivity_standard_error",
@@ -227,6 +238,7 @@ pub const COLUMNS: [&str; 12] = [
     "l_target_standard_error_w_m2_sr_um",
     "l_blackbody_w_m2_sr_um",
     "l_downwelling_w_m2_sr_um",
+    "valid",
 ];
 
 /// A signature as CSV.
@@ -253,7 +265,7 @@ pub fn csv_text(bands: &[Band]) -> String {
         ] {
             let _ = write!(text, ",{radiance:.7}");
         }
-        text.push('\n');
+        let _ = writeln!(text, ",{}", u8::from(b.valid));
     }
     text
 }
