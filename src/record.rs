@@ -14,6 +14,7 @@ use crate::output;
 use crate::pipeline::Options;
 use crate::radiometry::Method;
 use crate::remarks::Remark;
+use crate::spectrum::FacetSource;
 use crate::table::Ended;
 use crate::tally::Kept;
 
@@ -120,6 +121,12 @@ pub struct Reached {
     pub tolerance_reached: bool,
     /// Paths traced.
     pub paths: u64,
+    /// Where the reflectance of each material's facets comes from, and what that means.
+    #[serde(default)]
+    pub facets: BTreeMap<String, FacetSource>,
+    /// Where the models of facets do not hold, from one wavelength to another, um.
+    #[serde(default)]
+    pub not_valid_um: Vec<[f64; 2]>,
     /// Share of the sensor's view that each material fills.
     pub seen_first: BTreeMap<String, f64>,
     /// What is seen of each prototype, the mean over packings.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use crate::course::Course;
+use crate::course::{self, Course};
 use crate::coverage::{self, Cover};
 use crate::error::Error;
 use crate::histogram::Histogram;
@@ -45,9 +45,10 @@ pub fn materials(scene: &Scene, path: &Path) -> Result<Vec<TableMaterial>, Error
             })?;
             Ok(TableMaterial {
                 name: material.name.clone(),
+                specular: course::specular(material, &spectrum),
                 spectrum,
                 temperature_k: material.temperature_k,
-                specular: material.specular,
+                mean_chord_um: None,
                 first_hits: 0,
             })
         })
@@ -140,7 +141,10 @@ pub fn trace(
     kept: Option<&Path>,
     progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Table, Error> {
-    let materials = materials(scene, path)?;
+    let mut materials = materials(scene, path)?;
+    for (material, chord) in materials.iter_mut().zip(tracer.bed().mean_chords_um()) {
+        material.mean_chord_um = chord;
+    }
     let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
     let wavelengths_um = grid.wavelengths_um();
     let course = Course::new(scene, &spectra);

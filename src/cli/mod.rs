@@ -24,7 +24,7 @@ use soilsig::cache::Cache;
 use soilsig::error::{Error, Status};
 use soilsig::output::OutputError;
 use soilsig::radiometry::Assumed;
-use soilsig::scene::SpectrumSource;
+use soilsig::scene::{Inverted, SpectrumSource};
 use soilsig::signature::Grid;
 use soilsig::spectrum::Spectrum;
 use soilsig::{interrupt, output, plot, report};
@@ -176,7 +176,8 @@ fn tolerance(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A spectrum of the command line: a number, a shipped one's name, `fresnel:CONSTANTS`, else a file.
+/// A spectrum of the command line: a number, a shipped one's name, `fresnel:CONSTANTS`, `inverted:` before that of a
+/// powder, else a file.
 fn spectrum_source(text: &str) -> SpectrumSource {
     if let Ok(value) = text.parse::<f64>() {
         if !(0.0..=1.0).contains(&value) {
@@ -185,6 +186,9 @@ fn spectrum_source(text: &str) -> SpectrumSource {
         SpectrumSource::Constant(value)
     } else if let Some(constants) = text.strip_prefix("fresnel:") {
         SpectrumSource::Fresnel(constants.to_owned())
+    } else if let Some(powder) = text.strip_prefix("inverted:") {
+        let spectrum = Box::new(spectrum_source(powder));
+        SpectrumSource::Inverted(Inverted { spectrum, pure_bed: Vec::new() })
     } else if Spectrum::builtin(text).is_ok() {
         SpectrumSource::Builtin(text.to_owned())
     } else {

@@ -24,7 +24,8 @@ pub struct Args {
     /// Chart to write as well: a .svg or .png file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
-    /// Another spectrum for a material: a shipped one's name, a file, a number, or fresnel:CONSTANTS
+    /// Another spectrum for a material: a shipped one's name, a file or a number, each of them after inverted: if facets
+    /// of a pure bed are to make it; or fresnel:CONSTANTS
     #[arg(long = "spectrum", value_name = "MATERIAL=SPECTRUM")]
     spectra: Vec<String>,
     /// Another temperature of the scene, K

@@ -9,6 +9,7 @@ mod check;
 mod packing;
 mod placed;
 mod sky;
+mod source;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,6 +21,7 @@ use check::{Checked, need, temperature, unique};
 pub use packing::{Collision, Cover, Drop, Dust, FineClass, Fines, GrainClass, Packing, Shape};
 pub use placed::{Domain, Floor, Instance, Placed, Prototype, Sides, UpAxis};
 pub use sky::{Sky, SkyPoint, SkyRadiance};
+pub use source::{Inverted, SpectrumSource};
 
 /// The format's version, the value of `soilsig_scene`.
 pub const FORMAT: u32 = 1;
@@ -145,30 +147,10 @@ pub struct Material {
     /// Its own temperature, kelvin, in place of the scene's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub temperature_k: Option<f64>,
-    /// Share of its reflectance that is specular, 0 to 1; the rest is Lambertian.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub specular: f64,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
-pub(crate) fn is_zero(value: &f64) -> bool {
-    *value == 0.0
-}
-
-/// Where a facet's emissivity comes from.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum SpectrumSource {
-    /// A shipped spectrum: `quartz_fine`, `quartz_medium` or `quartz_coarse`.
-    Builtin(String),
-    /// A CSV file of two columns, wavelength in um and emissivity from 0 to 1; relative to the
-    /// scene file.
-    File(PathBuf),
-    /// The same emissivity at every wavelength, 0 to 1.
-    Constant(f64),
-    /// Shipped optical constants, `quartz` or `quartz_spitzer_kleinman`: the facets reflect specularly,
-    /// with the Fresnel reflectance at the angle of each hit.
-    Fresnel(String),
+    /// Share of its reflectance that is specular, 0 to 1; the rest is Lambertian. Without it all of what `fresnel`
+    /// facets reflect is, and nothing of others.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub specular: Option<f64>,
 }
 
 /// The bed: to be made, or made.
@@ -258,21 +240,15 @@ impl Scene {
         })?;
         unique(self.materials.iter().map(|m| m.name.as_str()), "materials")?;
         for (i, material) in self.materials.iter().enumerate() {
-            if let SpectrumSource::Constant(emissivity) = material.spectrum {
-                need(
-                    (0.0..=1.0).contains(&emissivity),
-                    &format!("materials[{i}].spectrum.constant"),
-                    || format!("an emissivity of {emissivity} is not within 0 to 1"),
-                )?;
-            }
+            material.spectrum.check(&format!("materials[{i}].spectrum"))?;
             if let Some(own) = material.temperature_k {
                 temperature(own, &format!("materials[{i}].temperature_k"))?;
             }
-            need(
-                (0.0..=1.0).contains(&material.specular),
-                &format!("materials[{i}].specular"),
-                || format!("a share of {} is not within 0 to 1", material.specular),
-            )?;
+            if let Some(specular) = material.specular {
+                need((0.0..=1.0).contains(&specular), &format!("materials[{i}].specular"), || {
+                    format!("a share of {specular} is not within 0 to 1")
+                })?;
+            }
         }
         match &self.geometry {
             SceneGeometry::Packing(packing) => packing.check(&self.materials),

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use super::scenes::{Outcome, Shape, Stage, scene};
+use super::scenes::{Outcome, Shape, Stage, scene, under_the_opening};
 use super::{Point, Row, Setting, Swept};
 use crate::error::Error;
 use crate::random::{Purpose, Source};
@@ -89,7 +89,9 @@ pub(super) fn coarse_sphere(setting: &Setting) -> Result<Row, Error> {
         for point in &mut cavity.points {
             *point *= 500.0;
         }
-        let outcome = Stage::new(setting, scene(&[("wall", e)]), &cavity).run()?;
+        let mut scene = scene(&[("wall", e)]);
+        scene["geometry"]["placed"]["domain"] = under_the_opening(open, 500.0);
+        let outcome = Stage::new(setting, scene, &cavity).run()?;
         let closed_form = e / (e * (1.0 - open) + open);
         points.push(outcome.point(around as f64, closed_form, "curved surface"));
     }
@@ -192,11 +194,13 @@ pub(super) fn shallow_bed(setting: &Setting) -> Result<Row, Error> {
     let of_layers = |layers: u32| -> Result<Outcome, Error> {
         let mut instances = Vec::new();
         for layer in 0..layers {
-            let z = radius * (1.0 + 1.25 * f64::from(layer));
-            let corners: &[(f64, f64)] = if layer % 2 == 0 {
-                &[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]
-            } else {
-                &[(0.5, 0.5)]
+            let z = radius * (1.0 + 1.7 * f64::from(layer));
+            // Four layers in turn, so that no straight line leads down between the spheres.
+            let corners: &[(f64, f64)] = match layer % 4 {
+                0 => &[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)],
+                1 => &[(0.5, 0.5)],
+                2 => &[(0.5, 0.0), (0.5, 1.0)],
+                _ => &[(0.0, 0.5), (1.0, 0.5)],
             };
             for (x, y) in corners {
                 instances.push(instance(DVec3::splat(radius), DVec3::new(x * cell, y * cell, z)));

@@ -158,7 +158,7 @@ fn short(x: f64) -> String {
 type Make = fn(&Setting) -> Result<Row, Error>;
 
 /// Every row by its name, in the order of the page.
-const ROWS: [(&str, Make); 28] = [
+const ROWS: [(&str, Make); 29] = [
     ("sky_nears_target", equations::sky_nears_target),
     ("target_temperature", equations::target_temperature),
     ("two_temperatures", equations::two_temperatures),
@@ -179,6 +179,7 @@ const ROWS: [(&str, Make); 28] = [
     ("narrow_patch", geometry::narrow_patch),
     ("christiansen_sampling", spectra::christiansen_sampling),
     ("reststrahlen_sampling", spectra::reststrahlen_sampling),
+    ("not_opaque", spectra::not_opaque),
     ("few_paths", counts::few_paths),
     ("particles_of_field", counts::particles_of_field),
     ("materials", counts::materials),

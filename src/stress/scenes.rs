@@ -169,7 +169,6 @@ pub(super) struct Stage<'a> {
 
 /// What came of it.
 pub(super) struct Outcome {
-    pub tables: Vec<Table>,
     pub bands: Vec<Band>,
     /// The lines that the tool prints.
     pub said: Vec<String>,
@@ -187,6 +186,13 @@ pub(super) fn scene(materials: &[(&str, f64)]) -> Value {
         "view": {"zenith_deg": 0}, "materials": materials,
         "geometry": {"placed": {"prototypes": [{"name": "mesh", "file": "mesh.obj"}]}}
     })
+}
+
+/// The domain of a [`Shape::cavity`] of that radius: a square within its opening.
+pub(super) fn under_the_opening(open: f64, radius_um: f64) -> Value {
+    let rim = (1.0 - 2.0 * open).acos();
+    let half = 0.45 * rim.sin() * radius_um;
+    json!({"min_um": [-half, -half], "max_um": [half, half], "sides": "open"})
 }
 
 /// The band at 9 um alone.
@@ -220,26 +226,26 @@ impl<'a> Stage<'a> {
             Err(error) => return Ok(Outcome::refused(&error)),
             Ok(table) => table,
         };
-        Outcome::of(vec![table], &self.grid, self.target)
+        Outcome::of(&[table], &self.grid, self.target)
     }
 }
 
 impl Outcome {
     /// What the tool says of tables.
-    pub(super) fn of(tables: Vec<Table>, grid: &Grid, target: Target) -> Result<Self, Error> {
-        let bands = evaluate(&tables, &grid.wavelengths_um())?;
-        let reached = report::reached(&tables, &bands, target.tolerance);
+    pub(super) fn of(tables: &[Table], grid: &Grid, target: Target) -> Result<Self, Error> {
+        let bands = evaluate(tables, &grid.wavelengths_um())?;
+        let reached = report::reached(tables, &bands, target.tolerance);
         let said = words::reached(&reached).lines().map(|line| line.trim().to_owned()).collect();
         let is_whole = reached.tolerance_reached || target.exactly.is_some();
         let status = if is_whole { 0 } else { Status::ToleranceNotReached as u8 };
-        Ok(Self { tables, bands, said, status })
+        Ok(Self { bands, said, status })
     }
 
     /// What it says instead of a result.
     pub(super) fn refused(error: &Error) -> Self {
         let hint = error.hint().map(|hint| format!("hint: {hint}"));
         let said = std::iter::once(format!("error: {error}")).chain(hint).collect();
-        Self { tables: Vec::new(), bands: Vec::new(), said, status: error.status() as u8 }
+        Self { bands: Vec::new(), said, status: error.status() as u8 }
     }
 
     /// The first line of what was said that has some words in it.
