@@ -1,7 +1,7 @@
 //! The rules that paths go by, and what of them has to be kept.
 
 use crate::random::Sampler;
-use crate::scene::Scene;
+use crate::scene::{Material, Scene};
 use crate::spectrum::Spectrum;
 use crate::tally::{COSINES, Kept, ZENITHS};
 
@@ -21,6 +21,12 @@ pub struct Facet {
 impl Facet {
     /// Reflects alike into all directions, alike from all.
     pub const LAMBERTIAN: Self = Self { specular: 0.0, by_angle: false };
+}
+
+/// The share of what a material's facets reflect that is specular. What the Fresnel equations describe is a smooth
+/// facet, a mirror, unless the scene says otherwise.
+pub fn specular(material: &Material, spectrum: &Spectrum) -> f64 {
+    material.specular.unwrap_or(if spectrum.is_angular() { 1.0 } else { 0.0 })
 }
 
 /// The rules that paths go by.
@@ -49,8 +55,7 @@ impl Course {
             .zip(spectra)
             .map(|(material, spectrum)| {
                 let by_angle = spectrum.is_angular();
-                // What the Fresnel equations describe is a smooth facet: a mirror.
-                let specular = if by_angle { 1.0 } else { material.specular };
+                let specular = specular(material, spectrum);
                 Facet { specular, by_angle }
             })
             .collect();

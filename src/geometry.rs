@@ -23,6 +23,25 @@ pub struct Mesh {
     pub closed: bool,
     /// The middle of each connected part, um: each is a particle.
     pub particles: Vec<Vec3>,
+    /// What of it may not be as it was meant.
+    pub doubts: Doubts,
+}
+
+/// What of a mesh may not be as it was meant.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Doubts {
+    /// Edges, and those among them along which as many facets do not run one way as the other.
+    pub edges: usize,
+    /// The latter.
+    pub open_edges: usize,
+    /// Facets of the file that have an area.
+    pub facets: usize,
+    /// Those of them whose height is lost in rounding, or is not far above it.
+    pub too_fine: usize,
+    /// What coordinates are rounded by, um.
+    pub rounding_um: f64,
+    /// Mean, by area, of 1 - cos between facets and the normals that the file gives for them; 0 if it gives none.
+    pub curved: f64,
 }
 
 /// A mesh in its place.
@@ -79,14 +98,17 @@ impl Mesh {
         }
         let middle = if points_um.is_empty() { DVec3::ZERO } else { (min + max) / 2.0 };
         let vertices: Vec<Vec3> = points_um.iter().map(|&p| (p - middle).as_vec3()).collect();
+        let mut lost = 0;
         let (triangles, materials): (Vec<_>, Vec<_>) = faces
-            .filter(|([a, b, c], _)| {
-                let [a, b, c] = [a, b, c].map(|&i| vertices[i as usize].as_dvec3());
-                (b - a).cross(c - a).length_squared() > 0.0
+            .filter(|&(triangle, _)| {
+                let is_met = area(triangle.map(|i| vertices[i as usize].as_dvec3())) > 0.0;
+                lost += usize::from(!is_met && area(triangle.map(|i| points_um[i as usize])) > 0.0);
+                is_met
             })
             .unzip();
         let place = places(&vertices);
-        let closed = is_closed(&place, &triangles);
+        let (edges, open_edges) = edges(&place, &triangles);
+        let closed = edges > 0 && open_edges == 0;
         let particles = particles(&place, &vertices, &triangles);
         let mut triangles = triangles;
         if closed && volume(&vertices, &triangles) < 0.0 {
@@ -94,7 +116,41 @@ impl Mesh {
                 triangle.swap(1, 2);
             }
         }
-        (Self { name: name.to_owned(), vertices, triangles, materials, closed, particles }, middle)
+        let facets = triangles.len() + lost;
+        let doubts = Doubts { edges, open_edges, facets, too_fine: lost, ..Doubts::default() };
+        let name = name.to_owned();
+        let mut mesh = Self { name, vertices, triangles, materials, closed, particles, doubts };
+        mesh.known_to(f64::from(mesh.extent_um()) * HALF_A_PLACE);
+        (mesh, middle)
+    }
+
+    /// Notes that coordinates are known no better than to this, um: a facet that is not much higher may face anywhere.
+    pub(crate) fn known_to(&mut self, rounding_um: f64) {
+        if rounding_um <= self.doubts.rounding_um {
+            return;
+        }
+        let is_too_fine = |triangle: &&[u32; 3]| {
+            let corners = triangle.map(|i| self.vertices[i as usize].as_dvec3());
+            let [a, b, c] = corners;
+            let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+            2.0 * area(corners) < SURE * rounding_um * longest
+        };
+        let lost = self.doubts.facets - self.triangles.len();
+        self.doubts.too_fine = lost + self.triangles.iter().filter(is_too_fine).count();
+        self.doubts.rounding_um = rounding_um;
+    }
+
+    /// Volume, um3, and surface, um2, of the parts of each material; of an open mesh nothing.
+    fn volumes_and_surfaces(&self) -> BTreeMap<u16, (f64, f64)> {
+        let mut sums: BTreeMap<u16, (f64, f64)> = BTreeMap::new();
+        let triangles = self.triangles.iter().zip(&self.materials).filter(|_| self.closed);
+        for (&triangle, &material) in triangles {
+            let [a, b, c] = corners(&self.vertices, triangle);
+            let sum = sums.entry(material).or_default();
+            sum.0 += volume_below([a, b, c]);
+            sum.1 += (b - a).cross(c - a).length() / 2.0;
+        }
+        sums
     }
 
     /// The greatest coordinate of any vertex, um: what rounding errors are measured by.
@@ -103,13 +159,38 @@ impl Mesh {
     }
 }
 
+/// What a single is rounded by at most, as a share of it.
+pub(crate) const HALF_A_PLACE: f64 = 1.0 / (1 << 24) as f64;
+
+/// A facet so many times as high as what coordinates are rounded by faces where it should to a degree.
+const SURE: f64 = 64.0;
+
+fn area([a, b, c]: [DVec3; 3]) -> f64 {
+    (b - a).cross(c - a).length() / 2.0
+}
+
+/// How far the normals that a file gives for a facet's corners turn away from it: the mean of 1 - cos, and the facet's
+/// area as its weight; `facet` is its normal, as long as its area.
+pub(crate) fn turned_away(facet: DVec3, normals: &[DVec3]) -> (f64, f64) {
+    let cosine =
+        |normal: &DVec3| (normal.normalize_or_zero().dot(facet.normalize_or_zero())).abs().min(1.0);
+    let mean =
+        normals.iter().map(|normal| 1.0 - cosine(normal)).sum::<f64>() / normals.len() as f64;
+    (mean * facet.length(), facet.length())
+}
+
 /// Volume within a closed mesh, um3; negative if its triangles face inward.
 fn volume(vertices: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
-    let of = |triangle: &[u32; 3]| {
-        let [a, b, c] = triangle.map(|i| vertices[i as usize].as_dvec3());
-        a.dot(b.cross(c)) / 6.0
-    };
-    triangles.iter().map(of).sum()
+    triangles.iter().map(|&triangle| volume_below(corners(vertices, triangle))).sum()
+}
+
+fn corners(vertices: &[Vec3], triangle: [u32; 3]) -> [DVec3; 3] {
+    triangle.map(|i| vertices[i as usize].as_dvec3())
+}
+
+/// Volume of the tetrahedron between a triangle and the origin, with its sign.
+fn volume_below([a, b, c]: [DVec3; 3]) -> f64 {
+    a.dot(b.cross(c)) / 6.0
 }
 
 /// Of each vertex the first that is in the same place: files often repeat vertices.
@@ -150,7 +231,8 @@ fn particles(place: &[u32], vertices: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Ve
     boxes.into_values().map(|(min, max)| (min + max) / 2.0).collect()
 }
 
-fn is_closed(place: &[u32], triangles: &[[u32; 3]]) -> bool {
+/// How many edges there are, and along how many of them as many triangles do not run one way as the other.
+fn edges(place: &[u32], triangles: &[[u32; 3]]) -> (usize, usize) {
     let mut balance: HashMap<(u32, u32), i32> = HashMap::new();
     for triangle in triangles {
         for side in 0..3 {
@@ -159,7 +241,7 @@ fn is_closed(place: &[u32], triangles: &[[u32; 3]]) -> bool {
             *balance.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
         }
     }
-    !triangles.is_empty() && balance.values().all(|&sum| sum == 0)
+    (balance.len(), balance.values().filter(|&&sum| sum != 0).count())
 }
 
 impl Bed {
@@ -185,6 +267,23 @@ impl Bed {
             middles.map(middle).filter(|m| m.cmpge(min).all() && m.cmplt(max).all()).count()
         };
         self.placements.iter().map(|place| within(place) as u64).sum()
+    }
+
+    /// The mean chord of the particles of each material, um, by lines from all sides: 4 V / S of what its closed meshes
+    /// hold, exact for convex particles (Cauchy). `None` where a material has no closed mesh.
+    pub fn mean_chords_um(&self) -> Vec<Option<f64>> {
+        let mut sums = vec![(0.0, 0.0); self.materials];
+        for place in &self.placements {
+            let mesh = &self.meshes[place.mesh];
+            // Parts of other materials stand beside, not within: of each the volume is that within its own triangles.
+            let scale = place.to_scene.matrix3.determinant().abs().cbrt();
+            for (material, (volume, surface)) in mesh.volumes_and_surfaces() {
+                let sum: &mut (f64, f64) = &mut sums[usize::from(material)];
+                sum.0 += volume * scale.powi(3);
+                sum.1 += surface * scale.powi(2);
+            }
+        }
+        sums.into_iter().map(|(v, s)| (v > 0.0).then(|| 4.0 * v / s)).collect()
     }
 
     /// How many triangles the scene would have without instances.

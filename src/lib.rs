@@ -19,8 +19,9 @@
 //! | charts and pictures | [`plot`], [`picture`] |
 //! | images of the bed, a spectrum for every pixel | [`image`], [`cube`], [`envi`] |
 //! | the scene for other programs, and from them | [`export`] |
-//! | what a result says of itself, in numbers and in words | [`report`], [`words`] |
+//! | what a result says of itself, in numbers and in words | [`report`], [`words`], [`remarks`] |
 //! | what was done, and doing it again | [`record`], [`cache`] |
+//! | where all of it fails, and what is said then | [`stress`] |
 //!
 //! Lengths are micrometres inside the library, temperatures kelvin, radiance
 //! W m-2 sr-1 um-1; names that leave a module carry the unit.
@@ -59,6 +60,7 @@ pub mod progress;
 pub mod radiometry;
 pub mod random;
 pub mod record;
+pub mod remarks;
 pub mod retrieve;
 pub mod scene;
 mod section;
@@ -66,6 +68,7 @@ pub mod shipped;
 pub mod signature;
 pub mod spectrum;
 pub mod stop;
+pub mod stress;
 pub mod table;
 pub mod tally;
 pub mod trace;

@@ -21,7 +21,7 @@ use crate::radiometry::Assumed;
 use crate::random;
 use crate::record::{self, Output, Record, Stage};
 use crate::report;
-use crate::scene::{Packing, Placed, Scene, SceneGeometry, Sides, SpectrumSource};
+use crate::scene::{Packing, Placed, Scene, SceneGeometry, Sides};
 use crate::shipped::{self, COVERAGES};
 use crate::signature::{self, Band, Grid};
 use crate::spectrum;
@@ -180,13 +180,15 @@ impl Run<'_> {
             let file = folder.join(file);
             self.record.inputs.insert(file.display().to_string(), output::sha256_hex(&file)?);
         }
-        for material in &scene.materials {
-            if let SpectrumSource::File(file) = &material.spectrum {
-                let file = folder.join(file);
-                for file in spectrum::format::files(&file)? {
-                    let sum = output::sha256_hex(&file)?;
-                    self.record.inputs.insert(file.display().to_string(), sum);
-                }
+        for material in &mut scene.materials {
+            let mut files: Vec<PathBuf> =
+                material.spectrum.tables_mut().iter().map(|table| folder.join(table)).collect();
+            if let Some(file) = material.spectrum.file_mut() {
+                files.extend(spectrum::format::files(&folder.join(file))?);
+            }
+            for file in files {
+                let sum = output::sha256_hex(&file)?;
+                self.record.inputs.insert(file.display().to_string(), sum);
             }
         }
         self.record.seeds.insert(self.key("rays"), scene.seed);
@@ -330,7 +332,7 @@ impl Run<'_> {
         Ok(Bed { scene: placed, path: place, tracer: None })
     }
 
-    /// Copies the files that a scene names for spectra, sky and atmosphere beside the placed scene, so that it can stand alone.
+    /// Copies the files that a scene names for spectra, pure beds, sky and atmosphere beside the placed scene, so that it can stand alone.
     fn bring_spectra(
         &mut self,
         packing: usize,
@@ -339,17 +341,21 @@ impl Run<'_> {
     ) -> Result<(), Error> {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         for (number, material) in scene.materials.iter_mut().enumerate() {
-            if let SpectrumSource::File(file) = &mut material.spectrum {
+            if let Some(file) = material.spectrum.file_mut() {
                 let named = |file: &Path| {
                     let name = file.file_name().unwrap_or_default().to_string_lossy();
                     format!("spectrum_{number}_{name}")
                 };
                 for from in spectrum::format::files(&folder.join(&file))? {
-                    let place = self.of_packing(packing, &named(&from));
-                    output::copy(&from, &self.place(&place))?;
-                    self.wrote(&place)?;
+                    self.bring(packing, &from, &named(&from))?;
                 }
                 *file = named(file).into();
+            }
+            for (bed, table) in material.spectrum.tables_mut().iter_mut().enumerate() {
+                // Those of several packings all bear one name.
+                let name = format!("pure_bed_{number}_{bed}.json");
+                self.bring(packing, &folder.join(&table), &name)?;
+                *table = name.into();
             }
         }
         for (kind, file) in scene.air_files_mut() {
@@ -361,6 +367,13 @@ impl Run<'_> {
             *file = name.into();
         }
         Ok(())
+    }
+
+    /// Copies a file beside the placed scene of a packing.
+    fn bring(&mut self, packing: usize, from: &Path, name: &str) -> Result<(), Error> {
+        let place = self.of_packing(packing, name);
+        output::copy(from, &self.place(&place))?;
+        self.wrote(&place)
     }
 
     /// Every packing into a table of its own. Together their rays are to make no more than half of the

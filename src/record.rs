@@ -13,6 +13,8 @@ use crate::in_field::InField;
 use crate::output;
 use crate::pipeline::Options;
 use crate::radiometry::Method;
+use crate::remarks::Remark;
+use crate::spectrum::FacetSource;
 use crate::table::Ended;
 use crate::tally::Kept;
 
@@ -119,6 +121,12 @@ pub struct Reached {
     pub tolerance_reached: bool,
     /// Paths traced.
     pub paths: u64,
+    /// Where the reflectance of each material's facets comes from, and what that means.
+    #[serde(default)]
+    pub facets: BTreeMap<String, FacetSource>,
+    /// Where the models of facets do not hold, from one wavelength to another, um.
+    #[serde(default)]
+    pub not_valid_um: Vec<[f64; 2]>,
     /// Share of the sensor's view that each material fills.
     pub seen_first: BTreeMap<String, f64>,
     /// What is seen of each prototype, the mean over packings.
@@ -140,6 +148,9 @@ pub struct Reached {
     pub field: Option<InField>,
     /// Most that any band's emissivity changes between a black and a white floor.
     pub floor_effect: Option<f64>,
+    /// What speaks against the result.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub remarks: Vec<Remark>,
     /// What can be had back from the radiance.
     pub retrieval: Retrieval,
     /// The curve's extrema and means.

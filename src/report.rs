@@ -14,7 +14,8 @@ use crate::packings::{Estimate, half_width, wanted};
 use crate::plot::{self, Chart, Curve};
 use crate::radiometry::{Assumed, Method, Retrieved, masked_um, separate};
 use crate::record::{FeatureErrors, Reached, Retrieval, Separation};
-use crate::signature::{Band, evaluate, retrieve};
+use crate::remarks;
+use crate::signature::{Band, evaluate, not_valid_um, retrieve};
 use crate::table::{Table, TableMaterial};
 use crate::tally::PARTS;
 
@@ -34,6 +35,7 @@ pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
         .max_by(|a, b| a.emissivity.half_width.total_cmp(&b.emissivity.half_width))
         .expect("there is at least one band");
     let e = widest.emissivity;
+    let floor_effect = floor_effect(packings, bands);
     let rays_reached = packings.iter().all(|table| table.stop.reached);
     Reached {
         packings: packings.len(),
@@ -50,6 +52,12 @@ pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
         tolerance,
         tolerance_reached: e.half_width <= tolerance && (packings.len() > 1 || rays_reached),
         paths,
+        facets: packings[0]
+            .materials
+            .iter()
+            .map(|m| (m.name.clone(), m.spectrum.facets()))
+            .collect(),
+        not_valid_um: not_valid_um(bands),
         seen_first: packings[0]
             .materials
             .iter()
@@ -67,7 +75,8 @@ pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
         ended_by: packings[0].stop.ended_by,
         inside: share(&|table| table.inside.iter().map(|inside| inside.paths as f64).sum()),
         field: InField::mean(packings),
-        floor_effect: floor_effect(packings, bands),
+        floor_effect,
+        remarks: remarks::of_result(packings, bands, tolerance, floor_effect),
         retrieval: retrieval(&packings[0], bands, Assumed::EXACT),
         features: features(&wavelengths, &emissivity),
         features_half_width: feature_errors(packings, &wavelengths),
@@ -175,12 +184,21 @@ pub fn chart(
         }
     }
     caption.push(format!("Facets: {}.", spectra.join("; ")));
+    let mut hatched_um: Vec<[f64; 2]> =
+        signatures.iter().flat_map(|(_, bands)| not_valid_um(bands)).collect();
+    hatched_um.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    hatched_um.dedup();
+    if !hatched_um.is_empty() {
+        caption.push(
+            "Hatched: grains let light through there, and Fresnel facets do not hold.".into(),
+        );
+    }
     let versions: Vec<String> = [("soilsig", "soilsig"), ("blender", "Blender")]
         .iter()
         .filter_map(|(key, name)| Some(format!("{name} {}", versions.get(*key)?)))
         .collect();
     caption.push(format!("{}, seed {}", versions.join(", "), table.seed));
-    Chart { title: title.to_owned(), caption, curves, mark_features: true }
+    Chart { title: title.to_owned(), caption, curves, mark_features: true, hatched_um }
 }
 
 /// How the facets of a table's materials reflect.

@@ -82,6 +82,8 @@ impl Grid {
 pub struct Band {
     /// Wavelength, um.
     pub wavelength_um: f64,
+    /// Whether the models of all facets hold: not where `fresnel` facets bound grains that let light through.
+    pub valid: bool,
     /// Emissivity of the bed towards the sensor, with its errors: a property of the bed, whatever its
     /// temperatures.
     pub emissivity: Estimate,
@@ -165,6 +167,7 @@ fn band(packings: &[Table], lit: &Lit) -> Band {
     };
     Band {
         wavelength_um: lit.wavelength_um,
+        valid: packings[0].materials.iter().all(|m| m.is_valid(lit.wavelength_um)),
         emissivity: of(|(emissivity, _)| *emissivity),
         l_emitted: of(|(_, radiance)| radiance.l_emitted),
         l_reflected: of(|(_, radiance)| radiance.l_reflected),
@@ -211,8 +214,14 @@ pub fn retrieve(bands: &[Band], temperature: Temperature, assumed: Assumed) -> V
     bands.iter().map(|band| Retrieved::new(&band.measured(), temperature, assumed)).collect()
 }
 
+/// Where the models of facets do not hold: from the first to the last of bands on end, um.
+pub fn not_valid_um(bands: &[Band]) -> Vec<[f64; 2]> {
+    let runs = bands.chunk_by(|a, b| a.valid == b.valid).filter(|run| !run[0].valid);
+    runs.map(|run| [run[0].wavelength_um, run[run.len() - 1].wavelength_um]).collect()
+}
+
 /// Headings of a signature's CSV file.
-pub const COLUMNS: [&str; 23] = [
+pub const COLUMNS: [&str; 24] = [
     "wavelength_um",
     "emissivity",
     "emissivity_standard_error",
@@ -236,6 +245,7 @@ pub const COLUMNS: [&str; 23] = [
     "emissivity_eq2_standard_error",
     "emissivity_eq3",
     "emissivity_eq3_standard_error",
+    "valid",
 ];
 
 /// A signature as CSV, with what Eq. 2 and 3 give of it for a target of that temperature. What is not known, and bands
@@ -279,7 +289,7 @@ pub fn csv_text(bands: &[Band], temperature: Temperature, assumed: Assumed) -> S
                 None => write!(text, ","),
             };
         }
-        text.push('\n');
+        let _ = writeln!(text, ",{}", u8::from(b.valid));
     }
     text
 }

@@ -12,7 +12,8 @@ use crate::histogram::{Histogram, Mean};
 use crate::in_field::InField;
 use crate::output::{self, OutputError};
 use crate::radiometry::{self, Atmosphere, Lit, RadiometryError, SkyTable, Temperature};
-use crate::scene::{Sky, View, is_zero};
+use crate::remarks::Remark;
+use crate::scene::{Sky, View};
 use crate::signature::{Grid, reflectances};
 use crate::spectrum::{Spectrum, SpectrumError};
 use crate::stop::{Sureness, Target};
@@ -79,6 +80,10 @@ impl TableError {
     }
 }
 
+/// Share of light that may pass straight through a particle of `fresnel` facets along its mean chord: what passes is
+/// scattered in the bed and part of it comes back, but facets count it as absorbed.
+pub const MOST_TRANSMITTED: f64 = 0.01;
+
 /// A traced bed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -130,6 +135,9 @@ pub struct Table {
     pub inside: Vec<Inside>,
     /// What is seen of each prototype.
     pub coverage: BTreeMap<String, Cover>,
+    /// What speaks against the bed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub remarks: Vec<Remark>,
     /// What the paths did.
     pub histogram: Histogram,
 }
@@ -154,13 +162,34 @@ pub struct TableMaterial {
     /// Share of its reflectance that is specular.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub specular: f64,
+    /// Mean chord of its particles, um: what light that passes through one has to get through. `None` where none of its
+    /// meshes is closed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mean_chord_um: Option<f64>,
     /// First hits: what of the sensor's view it fills.
     pub first_hits: u64,
 }
 
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
 impl TableMaterial {
+    /// Without what was counted of it and measured on this one bed.
     fn uncounted(&self) -> Self {
-        Self { first_hits: 0, ..self.clone() }
+        Self { first_hits: 0, mean_chord_um: None, ..self.clone() }
+    }
+
+    /// Whether the model of its facets holds at a wavelength in um: what refracts into a particle must not come out
+    /// again.
+    pub fn is_valid(&self, wavelength_um: f64) -> bool {
+        match (&self.spectrum, self.mean_chord_um) {
+            (Spectrum::Fresnel(_, crystal), Some(chord_um)) => {
+                crystal.transmittance(wavelength_um, chord_um) < MOST_TRANSMITTED
+            }
+            _ => true,
+        }
     }
 }
 

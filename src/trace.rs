@@ -5,7 +5,7 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use crate::course::Course;
+use crate::course::{self, Course};
 use crate::coverage::{self, Cover};
 use crate::error::Error;
 use crate::histogram::Histogram;
@@ -13,6 +13,7 @@ use crate::in_field::{Alone, InField};
 use crate::ingest;
 use crate::output;
 use crate::radiometry::{Atmosphere, RadiometryError, SkyTable};
+use crate::remarks;
 use crate::scene::{Scene, SkyRadiance};
 use crate::signature::{self, Grid};
 use crate::spectrum::Spectrum;
@@ -44,9 +45,10 @@ pub fn materials(scene: &Scene, path: &Path) -> Result<Vec<TableMaterial>, Error
             })?;
             Ok(TableMaterial {
                 name: material.name.clone(),
+                specular: course::specular(material, &spectrum),
                 spectrum,
                 temperature_k: material.temperature_k,
-                specular: material.specular,
+                mean_chord_um: None,
                 first_hits: 0,
             })
         })
@@ -136,6 +138,7 @@ pub(crate) fn untraced(
     air: Air,
     stop: Stop,
 ) -> Result<Table, Error> {
+    let longest_um = stop.grid.range_um().1;
     Ok(Table {
         soilsig_table: table::FORMAT,
         scene: scene.name.clone(),
@@ -158,6 +161,7 @@ pub(crate) fn untraced(
         hits: 0,
         inside: Vec::new(),
         coverage: coverage(tracer, scene),
+        remarks: remarks::of_bed(tracer, longest_um, scene.seed),
         histogram: Histogram::empty(course.kept),
     })
 }
@@ -195,12 +199,15 @@ fn traced(
     tracer: &Tracer,
     scene: &Scene,
     path: &Path,
-    materials: Vec<TableMaterial>,
+    mut materials: Vec<TableMaterial>,
     grid: &Grid,
     target: Target,
     kept: Option<&Path>,
     progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Table, Error> {
+    for (material, chord) in materials.iter_mut().zip(tracer.bed().mean_chords_um()) {
+        material.mean_chord_um = chord;
+    }
     let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
     let wavelengths_um = grid.wavelengths_um();
     let course = Course::new(scene, &spectra);

@@ -9,6 +9,7 @@ use crate::coverage::Cover;
 use crate::in_field::InField;
 use crate::radiometry::masked_in_words;
 use crate::record::{Reached, Record, Retrieval};
+use crate::spectrum::FacetSource;
 use crate::table::Ended;
 use crate::tally::Kept;
 
@@ -99,6 +100,7 @@ pub fn reached(r: &Reached) -> String {
         ),
     };
     let _ = writeln!(text, "  of each path is kept: {}", kept(r.kept));
+    text += &facets_words(&r.facets);
     if let Some(field) = &r.field {
         text += &field_words(field);
     }
@@ -169,6 +171,32 @@ pub fn retrieval(of: &Retrieval) -> String {
             ),
             None => writeln!(text, "  Eq. 2 is not exact here, since {reasons}"),
         };
+    }
+    text
+}
+
+/// Where facets have their reflectance from, a line for each spectrum.
+fn facets_words(facets: &BTreeMap<String, FacetSource>) -> String {
+    let mut text = String::new();
+    let mut told: Vec<&FacetSource> = Vec::new();
+    for of in facets.values() {
+        if told.contains(&of) {
+            continue;
+        }
+        told.push(of);
+        let alike = facets.iter().filter(|(_, other)| *other == of);
+        let names: Vec<&str> = alike.map(|(name, _)| name.as_str()).collect();
+        let _ = writeln!(
+            text,
+            "  facets of {}: {}, {}: {}",
+            names.join(", "),
+            of.mode,
+            of.spectrum,
+            of.means
+        );
+        for warning in &of.warnings {
+            let _ = writeln!(text, "  warning: {}: {warning}", names.join(", "));
+        }
     }
     text
 }
@@ -251,6 +279,19 @@ fn warnings(text: &mut String, r: &Reached) {
         };
         let _ = writeln!(text, "  warning: the tolerance was not reached: {remedy}");
     }
+    if !r.not_valid_um.is_empty() {
+        let ranges: Vec<String> = r
+            .not_valid_um
+            .iter()
+            .map(|[from, to]| if from == to { format!("{from}") } else { format!("{from}-{to}") })
+            .collect();
+        let _ = writeln!(
+            text,
+            "  warning: fresnel facets do not hold at {} um: over 1 % of the light that gets into a grain gets through \
+             it",
+            ranges.join(", ")
+        );
+    }
     for (share, what) in [
         (r.missed, "of the sensor's rays meet nothing and are left out"),
         (r.escaped_downward, "of the paths leave past the target's lower side: give it a floor"),
@@ -258,6 +299,9 @@ fn warnings(text: &mut String, r: &Reached) {
         if share > 0.0 {
             let _ = writeln!(text, "  warning: {:.2} % {what}", 100.0 * share);
         }
+    }
+    for remark in &r.remarks {
+        let _ = writeln!(text, "  warning: {remark}");
     }
     if r.inside > INSIDE_NOTABLE {
         let _ = writeln!(

@@ -15,6 +15,7 @@ mod retrieve;
 mod schema;
 mod signature;
 mod spectra;
+mod stress;
 mod trace;
 
 use std::io::Write as _;
@@ -27,7 +28,7 @@ use soilsig::cache::Cache;
 use soilsig::error::{Error, Status};
 use soilsig::output::OutputError;
 use soilsig::radiometry::Assumed;
-use soilsig::scene::SpectrumSource;
+use soilsig::scene::{Inverted, SpectrumSource};
 use soilsig::signature::Grid;
 use soilsig::spectrum::Spectrum;
 use soilsig::{interrupt, output, plot, report};
@@ -58,6 +59,7 @@ enum Command {
     Spectra(spectra::Args),
     Picture(picture::Args),
     Chart(chart::Args),
+    Stress(stress::Args),
     Doctor(doctor::Args),
     Schema(schema::Args),
     Completions(completions::Args),
@@ -182,7 +184,8 @@ fn tolerance(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A spectrum of the command line: a number, a shipped one's name, `fresnel:CONSTANTS`, else a file.
+/// A spectrum of the command line: a number, a shipped one's name, `fresnel:CONSTANTS`, `inverted:` before that of a
+/// powder, else a file.
 fn spectrum_source(text: &str) -> SpectrumSource {
     if let Ok(value) = text.parse::<f64>() {
         if !(0.0..=1.0).contains(&value) {
@@ -191,6 +194,9 @@ fn spectrum_source(text: &str) -> SpectrumSource {
         SpectrumSource::Constant(value)
     } else if let Some(constants) = text.strip_prefix("fresnel:") {
         SpectrumSource::Fresnel(constants.to_owned())
+    } else if let Some(powder) = text.strip_prefix("inverted:") {
+        let spectrum = Box::new(spectrum_source(powder));
+        SpectrumSource::Inverted(Inverted { spectrum, pure_bed: Vec::new() })
     } else if Spectrum::builtin(text).is_ok() {
         SpectrumSource::Builtin(text.to_owned())
     } else {
@@ -275,6 +281,7 @@ pub fn run() -> ExitCode {
         Command::Grains(args) => grains::run(args, &cache).map(|()| None),
         Command::Picture(args) => picture::run(args).map(|()| None),
         Command::Chart(args) => chart::run(args, &cache).map(|()| None),
+        Command::Stress(args) => stress::run(args, &cache).map(|()| None),
         Command::Doctor(args) => doctor::run(args, cache.root()).map(|()| None),
         Command::Schema(args) => schema::run(args).map(|()| None),
         Command::Completions(args) => completions::run(args).map(|()| None),

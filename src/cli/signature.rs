@@ -8,7 +8,7 @@ use soilsig::radiometry::{Atmosphere, SkyTable, Temperature};
 use soilsig::scene::Sky;
 use soilsig::spectrum::Spectrum;
 use soilsig::table::Table;
-use soilsig::{plot, report, signature, words};
+use soilsig::{plot, remarks, report, signature, words};
 
 use super::{Assumptions, Bands, ChartFormat, print, spectrum_source, usage};
 
@@ -24,7 +24,8 @@ pub struct Args {
     /// Chart to write as well: a .svg or .png file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
-    /// Another spectrum for a material: a shipped one's name, a file, a number, or fresnel:CONSTANTS
+    /// Another spectrum for a material: a shipped one's name, a file or a number, each of them after inverted: if facets
+    /// of a pure bed are to make it; or fresnel:CONSTANTS
     #[arg(long = "spectrum", value_name = "MATERIAL=SPECTRUM")]
     spectra: Vec<String>,
     /// Another temperature of the scene, K
@@ -80,6 +81,9 @@ pub fn run(args: &Args) -> Result<(), Error> {
         Temperature { error_k: args.assumptions.temperature_error, ..table.temperature() };
     let assumed = args.assumptions.assumed();
     let bands = signature::evaluate(&tables, &wavelengths_um)?;
+    for remark in remarks::of_result(&tables, &bands, tables[0].stop.tolerance, None) {
+        eprintln!("warning: {remark}");
+    }
     match &args.out {
         Some(path) => signature::write_csv(&bands, temperature, assumed, path)?,
         None => print(&signature::csv_text(&bands, temperature, assumed))?,

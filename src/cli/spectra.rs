@@ -165,6 +165,9 @@ fn what_it_is(spectrum: &Spectrum) -> String {
             let [from, to] = points.range_um();
             format!("{} points, {from}-{to} um", points.wavelength_um.len())
         }
+        Spectrum::Inverted(powder, _) => {
+            format!("facets of a bed that has: {}", what_it_is(powder))
+        }
     }
 }
 
@@ -186,6 +189,13 @@ fn describe(spectrum: &Spectrum) -> String {
             for warning in &points.warnings {
                 let _ = writeln!(text, "  warning: {warning}");
             }
+        }
+        Spectrum::Inverted(_, pure_bed) => {
+            let _ = writeln!(
+                text,
+                "  pure bed: {}, standard error {:.4}",
+                pure_bed.title, pure_bed.standard_error
+            );
         }
         Spectrum::Constant(_) => {}
     }
@@ -233,7 +243,13 @@ fn chart(input: &Input, out: &Path) -> Result<(), Error> {
         });
     }
     let title = "Emissivity of facets".into();
-    let svg = plot::emissivity_svg(&Chart { title, caption, curves, mark_features: true })?;
+    let svg = plot::emissivity_svg(&Chart {
+        title,
+        caption,
+        curves,
+        mark_features: true,
+        hatched_um: Vec::new(),
+    })?;
     format.write(&svg, out)
 }
 
@@ -268,6 +284,14 @@ fn check(input: &Input) -> Result<(), Error> {
         }
         for spectrum in &spectra {
             text += &describe(spectrum);
+            if let Spectrum::Tabulated(points) = spectrum
+                && let Some((error, um)) = points.sampling_error(points.range_um())
+            {
+                let _ = writeln!(
+                    text,
+                    "  straight lines between its points miss it by about {error:.1e}, the most near {um} um"
+                );
+            }
         }
     }
     print(&text)

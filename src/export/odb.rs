@@ -240,7 +240,7 @@ fn materials(
             name: name.clone(),
             spectrum: SpectrumSource::File(seen_from(&file, folder)),
             temperature_k,
-            specular: number(share.or_else(|| entry.get("SPECULARITY")))?.unwrap_or(0.0),
+            specular: number(share.or_else(|| entry.get("SPECULARITY")))?,
         });
     }
     Ok(materials)

@@ -6,7 +6,7 @@ use super::evaluate::Evaluator;
 use crate::course::Course;
 use crate::histogram::{Histogram, Mean, T_95};
 use crate::radiometry::Lit;
-use crate::random::{Points, Purpose, REPLICATES, STRETCH};
+use crate::random::{Points, Purpose, REPLICATES, STRETCH, Sampler};
 use crate::tally::Tally;
 use crate::tracer::Tracer;
 
@@ -56,7 +56,8 @@ impl Pixels<'_> {
         let number = (line * self.camera.pixels[0] + sample) as u64;
         let (first, end) = (number * STRETCH, number * STRETCH + paths);
         let mut tally = Tally::new(self.tracer.bed().materials, self.course.kept);
-        for (replicate, mut point) in Points::new(self.seed, purpose).of(first, end) {
+        for (replicate, mut point) in Points::new(self.seed, purpose, Sampler::Even).of(first, end)
+        {
             tally.begin(replicate);
             let ray = self.camera.ray([sample, line], point.pair());
             self.tracer.path_of_camera(self.course, ray, &mut point, &mut tally);

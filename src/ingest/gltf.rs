@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use glam::{DAffine3, DMat3, DMat4, DVec3, Mat4};
+use glam::{DAffine3, DMat3, DMat4, DVec3, Mat4, Vec3};
 
 use super::{IngestError, Materials};
-use crate::geometry::Mesh;
+use crate::geometry::{HALF_A_PLACE, Mesh, turned_away};
 
 /// Files beside a glTF file that hold its buffers.
 pub(super) fn buffer_files(path: &Path) -> Result<Vec<PathBuf>, IngestError> {
@@ -80,6 +80,7 @@ pub(super) fn read(
         let mesh = document.meshes().nth(index).expect("the node refers to it");
         let name = mesh.name().map_or_else(|| format!("mesh {index}"), str::to_owned);
         let (mut points, mut faces) = (Vec::new(), Vec::new());
+        let mut away = (0.0, 0.0);
         for primitive in mesh.primitives() {
             if primitive.mode() != gltf::mesh::Mode::Triangles {
                 continue;
@@ -107,13 +108,26 @@ pub(super) fn read(
                     format!("a face wants vertex {wrong}, and there are {count}"),
                 ));
             }
+            let normals: Vec<DVec3> = reader
+                .read_normals()
+                .map_or_else(Vec::new, |all| all.map(|n| Vec3::from_array(n).as_dvec3()).collect());
+            for face in indices.chunks_exact(3).filter(|_| normals.len() == count as usize) {
+                let [a, b, c] = [0, 1, 2].map(|i| points[(face[i] + first) as usize]);
+                let corners = [0, 1, 2].map(|i| normals[face[i] as usize]);
+                let (off, weight) = turned_away((b - a).cross(c - a), &corners);
+                away = (away.0 + off, away.1 + weight);
+            }
             faces.extend(
                 indices
                     .chunks_exact(3)
                     .map(|f| ([f[0] + first, f[1] + first, f[2] + first], material)),
             );
         }
-        let (mesh, middle) = Mesh::new(&name, &points, faces.into_iter());
+        let farthest = points.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+        let (mut mesh, middle) = Mesh::new(&name, &points, faces.into_iter());
+        // The file's own coordinates are singles.
+        mesh.known_to(farthest * HALF_A_PLACE);
+        mesh.doubts.curved = if away.1 > 0.0 { away.0 / away.1 } else { 0.0 };
         if mesh.triangles.is_empty() {
             return Err(broken(&name, "there are no faces".into()));
         }

@@ -11,7 +11,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use crate::field;
 use crate::geometry::{self, Bed, Domain, Mesh, Placement};
-use crate::scene::{Placed, Prototype, Scene, SceneError, Sides, UpAxis};
+use crate::scene::{FARTHEST_UM, Placed, Prototype, Scene, SceneError, Sides, UpAxis};
 
 /// A mesh file cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -81,6 +81,14 @@ pub enum IngestError {
         /// Particles wanted.
         particles: f64,
     },
+    /// The bed reaches farther than a mistake in units lets it.
+    #[error("{}: the bed reaches as far as {farthest_um:e} um, beyond a kilometre", path.display())]
+    Far {
+        /// The scene file.
+        path: PathBuf,
+        /// Its greatest coordinate, um.
+        farthest_um: f64,
+    },
     /// Nothing is placed in the domain.
     #[error("{}: nothing stands within the domain", path.display())]
     Empty {
@@ -105,6 +113,9 @@ impl IngestError {
             }
             Self::Field { .. } => {
                 "ask for fewer, or for a domain within which particles have their middle".into()
+            }
+            Self::Far { .. } => {
+                "give its prototypes the right \"unit_um\", and place it near the origin".into()
             }
             Self::Empty { .. } => "compare the domain with where the instances stand".into(),
             Self::Format { .. } => "export the mesh as .obj or .glb, with Blender for one".into(),
@@ -177,6 +188,12 @@ pub fn load(scene: &Scene, path: &Path) -> Result<Bed, IngestError> {
             })
             .collect(),
     };
+    let (low, high) = Bed::bounds_um(&meshes, &placements);
+    let farthest_um = low.abs().max(high.abs()).max_element();
+    // Written so that what is no number fails too.
+    if !placements.is_empty() && !(farthest_um < FARTHEST_UM) {
+        return Err(IngestError::Far { path: path.to_owned(), farthest_um });
+    }
     let domain = domain(scene, placed, &meshes, &placements)
         .ok_or_else(|| IngestError::Empty { path: path.to_owned() })?;
     let mut bed = Bed {

@@ -8,7 +8,7 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::{IngestError, Materials, Part};
-use crate::geometry::Mesh;
+use crate::geometry::{Mesh, turned_away};
 
 /// The material library that stands for the names in the file itself.
 const NAMES: &str = "names-of-this-file";
@@ -89,6 +89,7 @@ impl ObjFile {
             });
         }
         let (mut points, mut faces) = (Vec::new(), Vec::new());
+        let mut away = (0.0, 0.0);
         for model in models {
             let mesh = &model.mesh;
             if mesh.indices.is_empty() {
@@ -100,9 +101,10 @@ impl ObjFile {
             points.extend(
                 mesh.positions
                     .chunks_exact(3)
-                    .map(|p| turn * DVec3::new(p[0].into(), p[1].into(), p[2].into()) * unit_um),
+                    .map(|p| turn * DVec3::new(p[0], p[1], p[2]) * unit_um),
             );
-            for polygon in polygons(mesh) {
+            let mut normals = polygons(&mesh.normal_indices, mesh);
+            for polygon in polygons(&mesh.indices, mesh) {
                 let corners: Vec<u32> = polygon.iter().map(|i| i + first).collect();
                 let triangles = fan(&corners, &points).ok_or_else(|| IngestError::Broken {
                     path: path.to_owned(),
@@ -113,10 +115,21 @@ impl ObjFile {
                         points[corners[0] as usize] / unit_um
                     ),
                 })?;
+                if let Some(corners) = normals.next() {
+                    let normal = |&i: &u32| {
+                        let i = 3 * i as usize;
+                        turn * DVec3::from_slice(&mesh.normals[i..i + 3])
+                    };
+                    let facet = triangles.iter().map(|&triangle| area(triangle, &points)).sum();
+                    let corners: Vec<DVec3> = corners.iter().map(normal).collect();
+                    let (off, weight) = turned_away(facet, &corners);
+                    away = (away.0 + off, away.1 + weight);
+                }
                 faces.extend(triangles.into_iter().map(|triangle| (triangle, material)));
             }
         }
-        let (mesh, middle) = Mesh::new(name, &points, faces.into_iter());
+        let (mut mesh, middle) = Mesh::new(name, &points, faces.into_iter());
+        mesh.doubts.curved = if away.1 > 0.0 { away.0 / away.1 } else { 0.0 };
         if mesh.triangles.is_empty() {
             return Err(IngestError::Broken {
                 path: path.to_owned(),
@@ -128,17 +141,24 @@ impl ObjFile {
     }
 }
 
-/// The corners of each face.
-fn polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = &[u32]> {
-    let mut rest = &mesh.indices[..];
+/// The corners of each face as they stand in one of the mesh's lists of indices; none if it is empty.
+fn polygons<'a>(indices: &'a [u32], mesh: &'a tobj::Mesh) -> impl Iterator<Item = &'a [u32]> {
+    let mut rest = indices;
+    let faces = if indices.is_empty() { 0 } else { usize::MAX };
     // No arities at all stand for triangles throughout.
     let triangles = if mesh.face_arities.is_empty() { mesh.indices.len() / 3 } else { 0 };
     let arities = mesh.face_arities.iter().copied().chain(std::iter::repeat_n(3, triangles));
-    arities.map(move |arity| {
+    arities.take(faces).map(move |arity| {
         let (polygon, others) = rest.split_at(arity as usize);
         rest = others;
         polygon
     })
+}
+
+/// A triangle's normal, as long as twice its area.
+fn area(triangle: [u32; 3], points: &[DVec3]) -> DVec3 {
+    let [a, b, c] = triangle.map(|i| points[i as usize]);
+    (b - a).cross(c - a)
 }
 
 /// A convex face as triangles about its first corner; `None` if it is concave, where such triangles would
@@ -146,10 +166,7 @@ fn polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = &[u32]> {
 fn fan(corners: &[u32], points: &[DVec3]) -> Option<Vec<[u32; 3]>> {
     let triangles: Vec<[u32; 3]> =
         corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]]).collect();
-    let area = |[a, b, c]: [u32; 3]| {
-        let [a, b, c] = [a, b, c].map(|i| points[i as usize]);
-        (b - a).cross(c - a)
-    };
+    let area = |triangle| area(triangle, points);
     let whole: DVec3 = triangles.iter().map(|&triangle| area(triangle)).sum();
     let same_way = |&triangle: &[u32; 3]| area(triangle).dot(whole) >= 0.0;
     // Every corner must turn the same way, not only those of the fan.
@@ -170,7 +187,7 @@ fn fault(text: &str) -> Option<(String, String)> {
         let problem = match words.next() {
             Some("v") => {
                 so_far += 1;
-                let values: Vec<_> = words.map(str::parse::<f32>).collect();
+                let values: Vec<_> = words.map(str::parse::<f64>).collect();
                 let good = values.iter().all(|v| v.as_ref().is_ok_and(|v| v.is_finite()));
                 (values.len() < 3 || !good).then(|| "a vertex is not three finite numbers".into())
             }

@@ -1,5 +1,7 @@
 //! Optical constants of a uniaxial crystal.
 
+use std::f64::consts::PI;
+
 use num_complex::Complex64;
 use serde::Deserialize;
 
@@ -108,6 +110,11 @@ impl UniaxialCrystal {
         self.mean(wavelength_um, |eps| {
             hemispherical_mean(|cosine| unpolarised_reflectance(eps, cosine))
         })
+    }
+
+    /// Share of light that is left after a path within the crystal, um, with its axes at random.
+    pub fn transmittance(&self, wavelength_um: f64, path_um: f64) -> f64 {
+        self.mean(wavelength_um, |eps| (-4.0 * PI * eps.sqrt().im * path_um / wavelength_um).exp())
     }
 
     fn mean(&self, wavelength_um: f64, of: impl Fn(Complex64) -> f64) -> f64 {

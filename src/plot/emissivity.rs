@@ -22,6 +22,8 @@ pub struct Chart {
     /// Whether the features of quartz are marked: with their wavelengths on a single curve, with
     /// circles on several.
     pub mark_features: bool,
+    /// Wavelengths that are hatched, from one to another, um: what is shown there is not to be trusted.
+    pub hatched_um: Vec<[f64; 2]>,
 }
 
 // Lengths in SVG units (CSS pixels): a plot 7.5 inches wide at 96 a inch.
@@ -75,6 +77,9 @@ pub fn emissivity_svg(chart: &Chart) -> Result<String, PlotError> {
         [("Reststrahlen", RESTSTRAHLEN_WINDOW_UM), ("Transparency", TRANSPARENCY_WINDOW_UM)]
     {
         plot.draw_window(&mut svg, name, &window_um);
+    }
+    for &range_um in &chart.hatched_um {
+        plot.draw_hatching(&mut svg, range_um);
     }
     plot.draw_axes(&mut svg);
     for (i, curve) in chart.curves.iter().enumerate() {
@@ -167,6 +172,25 @@ impl Plot {
         if let Some(text) = names.iter().find(|text| text_width(text, MARK_SIZE) < to - from) {
             let at = (0.5 * (from + to), top - 13.0);
             svg.styled_text(at, Anchor::Middle, MARK_SIZE, text, "fill='#555555'");
+        }
+    }
+
+    /// Slanted lines over a range of wavelengths.
+    fn draw_hatching(&self, svg: &mut Svg, range_um: [f64; 2]) {
+        const DISTANCE: f64 = 7.0;
+        let Area { left, top, right, bottom } = self.area;
+        let [from, to] = range_um.map(|w| self.x.place(w).clamp(left, right));
+        let (from, to) = widened((from, to), 1.0);
+        let style = "stroke='#8a6d3b' stroke-width='0.7' stroke-opacity='0.55'";
+        let height = bottom - top;
+        // Each line rises by as much as it goes to the right; those of all ranges lie on one lattice.
+        let mut foot = ((from - height) / DISTANCE).ceil() * DISTANCE;
+        while foot < to {
+            let [start, end] = [from.max(foot), to.min(foot + height)];
+            if start < end {
+                svg.line(&[(start, bottom - (start - foot)), (end, bottom - (end - foot))], style);
+            }
+            foot += DISTANCE;
         }
     }
 
@@ -287,7 +311,13 @@ mod tests {
 
     fn chart(curves: Vec<Curve>) -> Chart {
         let caption = vec!["ray noise only".to_owned()];
-        Chart { title: "Quartz".to_owned(), caption, curves, mark_features: true }
+        Chart {
+            title: "Quartz".to_owned(),
+            caption,
+            curves,
+            mark_features: true,
+            hatched_um: vec![],
+        }
     }
 
     fn grid() -> Vec<f64> {

@@ -14,7 +14,9 @@
 //! | the emissivity chart and its curves | `emissivity`, `curve` |
 //! | bodies from three sides | `bodies` |
 //! | error against time | `trade` |
+//! | small charts on one page | `atlas` |
 
+mod atlas;
 mod axis;
 mod bodies;
 mod curve;
@@ -25,6 +27,7 @@ mod raster;
 pub(crate) mod svg;
 mod trade;
 
+pub use atlas::{Mark, Panel, atlas_svg};
 pub use bodies::{Row, Solid, bodies_svg};
 pub use curve::Curve;
 pub use emissivity::{Chart, emissivity_svg};

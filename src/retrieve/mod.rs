@@ -179,7 +179,23 @@ impl Spectrum {
                  temperature, sky or radiance are not what they are taken for"
             );
         }
+        if let Some(elsewhere) = self.other_temperature(known) {
+            let _ = writeln!(
+                text,
+                "at 7.36 um, where quartz is black, the target looks {:.2} +- {:.2} K warm: if it is quartz, the \
+                 temperature given is wrong",
+                elsewhere.k, elsewhere.error_k
+            );
+        }
         text
+    }
+
+    /// The target's temperature by its radiance where quartz is black, if it contradicts the one that was given (95 %).
+    fn other_temperature(&self, known: &Known) -> Option<Temperature> {
+        let Target::Given(given) = known.target else { return None };
+        let found = separate(Method::Christiansen, &self.measured, known.assumed).ok()?;
+        let apart = (found.k - given.k).abs();
+        (apart > 2.0 * found.error_k.hypot(given.error_k)).then_some(found)
     }
 }
 

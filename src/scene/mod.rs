@@ -10,6 +10,7 @@ mod packing;
 mod placed;
 mod sensor;
 mod sky;
+mod source;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -22,12 +23,16 @@ pub use packing::{Collision, Cover, Drop, Dust, FineClass, Fines, GrainClass, Pa
 pub use placed::{Domain, Floor, Instance, Placed, Prototype, Sides, UpAxis};
 pub use sensor::{Noise, Optics, Sensor, SensorBands};
 pub use sky::{Sky, SkyPoint, SkyRadiance};
+pub use source::{Inverted, SpectrumSource};
 
 /// The format's version, the value of `soilsig_scene`.
 pub const FORMAT: u32 = 1;
 
 /// Lengths beyond a kilometre are taken for a mistake in units, um.
-const FARTHEST_UM: f64 = 1e9;
+pub(crate) const FARTHEST_UM: f64 = 1e9;
+
+/// Most materials: hits are told apart by material and cosine, in 16 bits.
+const MOST_MATERIALS: usize = 1000;
 
 /// Most particles of a field.
 pub const MOST_PARTICLES: f64 = 1e15;
@@ -147,30 +152,10 @@ pub struct Material {
     /// Its own temperature, kelvin, in place of the scene's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub temperature_k: Option<f64>,
-    /// Share of its reflectance that is specular, 0 to 1; the rest is Lambertian.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub specular: f64,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
-pub(crate) fn is_zero(value: &f64) -> bool {
-    *value == 0.0
-}
-
-/// Where a facet's emissivity comes from.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum SpectrumSource {
-    /// A shipped spectrum: `quartz_fine`, `quartz_medium` or `quartz_coarse`.
-    Builtin(String),
-    /// A CSV file of two columns, wavelength in um and emissivity from 0 to 1; relative to the
-    /// scene file.
-    File(PathBuf),
-    /// The same emissivity at every wavelength, 0 to 1.
-    Constant(f64),
-    /// Shipped optical constants, `quartz` or `quartz_spitzer_kleinman`: the facets reflect specularly,
-    /// with the Fresnel reflectance at the angle of each hit.
-    Fresnel(String),
+    /// Share of its reflectance that is specular, 0 to 1; the rest is Lambertian. Without it all of what `fresnel`
+    /// facets reflect is, and nothing of others.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub specular: Option<f64>,
 }
 
 /// The bed: to be made, or made.
@@ -263,23 +248,20 @@ impl Scene {
             sensor.check()?;
         }
         need(!self.materials.is_empty(), "materials", || "there must be at least one".into())?;
+        need(self.materials.len() <= MOST_MATERIALS, "materials", || {
+            format!("there are {}, more than {MOST_MATERIALS}", self.materials.len())
+        })?;
         unique(self.materials.iter().map(|m| m.name.as_str()), "materials")?;
         for (i, material) in self.materials.iter().enumerate() {
-            if let SpectrumSource::Constant(emissivity) = material.spectrum {
-                need(
-                    (0.0..=1.0).contains(&emissivity),
-                    &format!("materials[{i}].spectrum.constant"),
-                    || format!("an emissivity of {emissivity} is not within 0 to 1"),
-                )?;
-            }
+            material.spectrum.check(&format!("materials[{i}].spectrum"))?;
             if let Some(own) = material.temperature_k {
                 temperature(own, &format!("materials[{i}].temperature_k"))?;
             }
-            need(
-                (0.0..=1.0).contains(&material.specular),
-                &format!("materials[{i}].specular"),
-                || format!("a share of {} is not within 0 to 1", material.specular),
-            )?;
+            if let Some(specular) = material.specular {
+                need((0.0..=1.0).contains(&specular), &format!("materials[{i}].specular"), || {
+                    format!("a share of {specular} is not within 0 to 1")
+                })?;
+            }
         }
         match &self.geometry {
             SceneGeometry::Packing(packing) => packing.check(&self.materials),

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::table::TableError;
+
 use super::shipped::{POWDERS, QUARTZ_SETS};
 use crate::envi::EnviError;
 
@@ -71,6 +73,32 @@ pub enum SpectrumError {
         /// Least and greatest wavelength held, um.
         held_um: [f64; 2],
     },
+    /// A table is none of a pure bed.
+    #[error("{}: {problem}", path.display())]
+    PureBed {
+        /// The table.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
+    /// The table of a pure bed cannot be used.
+    #[error("pure bed: {0}")]
+    PureBedTable(TableError),
+    /// A powder's emissivity that no facet can make.
+    #[error(
+        "no facet makes a bed have the emissivity {emissivity:.4} of {of} at {wavelength_um} um: with white facets the \
+         pure bed still has {least:.4}"
+    )]
+    NoFacet {
+        /// The powder's spectrum.
+        of: String,
+        /// Where, um.
+        wavelength_um: f64,
+        /// The powder's emissivity.
+        emissivity: f64,
+        /// The least that the pure bed can have.
+        least: f64,
+    },
     /// The channels at a wavelength wanted were deleted from the file.
     #[error(
         "the spectrum of {of} has no values between {} and {} um, and {wanted_um} um is wanted",
@@ -112,6 +140,17 @@ impl SpectrumError {
             }
             Self::Range { held_um, .. } => {
                 format!("ask for a range within it: --range {}-{}", held_um[0], held_um[1])
+            }
+            Self::PureBed { .. } => {
+                "trace a bed of one material whose spectrum is a constant, 0.05 say: \
+                                     docs/chemistry.md"
+                    .into()
+            }
+            Self::PureBedTable(error) => return error.hint(),
+            Self::NoFacet { .. } => {
+                "trace the pure bed with facets of a lower emissivity: paths are followed longer \
+                                     then, and fewer are given up"
+                    .into()
             }
             Self::Gap { .. } => "ask for a range on one side of it, with --range".into(),
             Self::Read { .. } => return None,

@@ -2,20 +2,24 @@
 
 mod error;
 pub mod format;
+mod mode;
+mod pure_bed;
 pub mod resample;
 mod shipped;
 mod tabulated;
 
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use crate::optics::{PowderForm, UniaxialCrystal};
-use crate::scene::SpectrumSource;
+use crate::scene::{Inverted, SpectrumSource};
 use format::Reading;
 
 pub use error::SpectrumError;
+pub use mode::{FacetSource, Mode};
+pub use pure_bed::PureBed;
 pub use shipped::{all, crystal};
 pub use tabulated::{Quantity, Tabulated, Warning};
 
@@ -38,6 +42,8 @@ pub enum Spectrum {
     Tabulated(Tabulated),
     /// Specular reflection by shipped optical constants, by their name: it depends on the angle.
     Fresnel(String, &'static UniaxialCrystal),
+    /// Facets such that a bed of them alone has the emissivity of a powder's spectrum.
+    Inverted(Box<Spectrum>, PureBed),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -47,6 +53,7 @@ enum Stored {
     Builtin(String),
     Tabulated(Tabulated),
     Fresnel(String),
+    Inverted { powder: Box<Stored>, pure_bed: PureBed },
 }
 
 impl From<Spectrum> for Stored {
@@ -56,6 +63,9 @@ impl From<Spectrum> for Stored {
             Spectrum::Builtin(name, _) => Self::Builtin(name),
             Spectrum::Tabulated(points) => Self::Tabulated(points),
             Spectrum::Fresnel(name, _) => Self::Fresnel(name),
+            Spectrum::Inverted(powder, pure_bed) => {
+                Self::Inverted { powder: Box::new((*powder).into()), pure_bed }
+            }
         }
     }
 }
@@ -68,6 +78,9 @@ impl TryFrom<Stored> for Spectrum {
             Stored::Builtin(name) => Self::builtin(&name)?,
             Stored::Tabulated(points) => Self::Tabulated(points),
             Stored::Fresnel(name) => Self::fresnel(&name)?,
+            Stored::Inverted { powder, pure_bed } => {
+                Self::Inverted(Box::new((*powder).try_into()?), pure_bed)
+            }
         })
     }
 }
@@ -92,8 +105,9 @@ impl fmt::Display for Spectrum {
                     .try_for_each(|warning| write!(f, " ({})", warning.in_short()))
             }
             Self::Fresnel(name, crystal) => {
-                write!(f, "{name}, {}, specular facets (Fresnel)", crystal.title)
+                write!(f, "{name}, {}, Fresnel facets", crystal.title)
             }
+            Self::Inverted(powder, _) => write!(f, "inverted: {powder}"),
         }
     }
 }
@@ -108,6 +122,16 @@ impl Spectrum {
                 format::read_one(&folder.join(path), &Reading::default()).map(Self::Tabulated)
             }
             SpectrumSource::Fresnel(name) => Self::fresnel(name),
+            SpectrumSource::Inverted(Inverted { spectrum, pure_bed }) => {
+                let powder = Box::new(Self::resolve(spectrum, folder)?);
+                let tables: Vec<PathBuf> = pure_bed.iter().map(|path| folder.join(path)).collect();
+                let pure_bed = if tables.is_empty() {
+                    shipped::pure_bed().clone()
+                } else {
+                    PureBed::read(&tables)?
+                };
+                Ok(Self::Inverted(powder, pure_bed))
+            }
         }
     }
 
@@ -131,6 +155,7 @@ impl Spectrum {
             Self::Tabulated(points) if !points.is_sound() => {
                 Some(format!("the spectrum of {} is not one", points.file))
             }
+            Self::Inverted(powder, pure_bed) => powder.problem().or_else(|| pure_bed.problem()),
             _ => None,
         }
     }
@@ -142,11 +167,12 @@ impl Spectrum {
             Self::Builtin(_, form) => Some(form.parameters.range_um),
             Self::Tabulated(points) => Some(points.range_um()),
             Self::Fresnel(_, crystal) => Some(crystal.range_um),
+            Self::Inverted(powder, _) => powder.range_um(),
         }
     }
 
-    /// Whether the reflectance depends on the angle of incidence. The facets are specular then, and
-    /// Lambertian otherwise.
+    /// Whether the reflectance depends on the angle of incidence. The facets are specular then, unless the scene says
+    /// otherwise, and Lambertian otherwise.
     pub fn is_angular(&self) -> bool {
         matches!(self, Self::Fresnel(..))
     }
@@ -161,6 +187,15 @@ impl Spectrum {
             Self::Tabulated(points) => points.interpolate(wavelength_um),
             Self::Fresnel(_, crystal) => {
                 kirchhoff(crystal.hemispherical_reflectance(wavelength_um))
+            }
+            Self::Inverted(powder, pure_bed) => {
+                let emissivity = powder.emissivity(wavelength_um)?;
+                let reflectance = pure_bed.facet(kirchhoff(emissivity)).ok_or_else(|| {
+                    let of = powder.name().to_owned();
+                    let least = kirchhoff(pure_bed.reflectance(1.0));
+                    SpectrumError::NoFacet { of, wavelength_um, emissivity, least }
+                })?;
+                kirchhoff(reflectance)
             }
         })
     }
@@ -184,6 +219,7 @@ impl Spectrum {
             Some(held_um) if !(held_um[0] <= wanted_um[0] && wanted_um[1] <= held_um[1]) => {
                 let of = match self {
                     Self::Tabulated(points) => &points.file,
+                    Self::Inverted(powder, _) => return powder.covers(wanted_um),
                     _ => self.name(),
                 };
                 Err(SpectrumError::Range { of: of.to_owned(), wanted_um, held_um })
@@ -195,6 +231,7 @@ impl Spectrum {
     fn within_range(&self, wavelength_um: f64) -> Result<(), SpectrumError> {
         self.covers([wavelength_um; 2])?;
         match self {
+            Self::Inverted(powder, _) => powder.within_range(wavelength_um),
             Self::Tabulated(points) => match points.gap_um(wavelength_um) {
                 None => Ok(()),
                 Some(gap_um) => Err(SpectrumError::Gap {
@@ -213,6 +250,16 @@ impl Spectrum {
             Self::Constant(_) => "constant",
             Self::Builtin(name, _) | Self::Fresnel(name, _) => name,
             Self::Tabulated(points) => points.name.as_deref().unwrap_or(&points.file),
+            Self::Inverted(powder, _) => powder.name(),
+        }
+    }
+
+    /// What speaks against it, if anything.
+    pub fn warnings(&self) -> &[Warning] {
+        match self {
+            Self::Tabulated(points) => &points.warnings,
+            Self::Inverted(powder, _) => powder.warnings(),
+            _ => &[],
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use super::{Spectrum, SpectrumError};
+use super::{PureBed, Spectrum, SpectrumError};
 use crate::optics::{PowderForm, PowderParameters, UniaxialCrystal};
 
 /// Names of the shipped powders, each with its file.
@@ -31,6 +31,15 @@ pub fn crystal(name: &str) -> Result<&'static UniaxialCrystal, SpectrumError> {
         .position(|(known, _)| *known == name)
         .map(|set| &SETS[set])
         .ok_or_else(|| SpectrumError::UnknownConstants(name.to_owned()))
+}
+
+/// The shipped bed of one material.
+pub(super) fn pure_bed() -> &'static PureBed {
+    static BED: LazyLock<PureBed> = LazyLock::new(|| {
+        serde_json::from_str(include_str!("../../spectra/pure_bed.json"))
+            .expect("the shipped bed is read by a test")
+    });
+    &BED
 }
 
 /// All shipped spectra: the powders, then Fresnel facets by each set of constants.

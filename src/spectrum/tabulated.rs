@@ -186,6 +186,24 @@ impl Tabulated {
         Ok(spectrum)
     }
 
+    /// About how far straight lines between the points miss the curve, and where it is worst within a span, um: a point
+    /// less the straight line between its neighbours tells how the curve bends. `None` where no point has two
+    /// neighbours.
+    pub fn sampling_error(&self, [from, to]: [f64; 2]) -> Option<(f64, f64)> {
+        let bend = |i: usize| {
+            let [x0, x, x1] = [i - 1, i, i + 1].map(|i| self.wavelength_um[i]);
+            let [y0, y, y1] = [i - 1, i, i + 1].map(|i| self.emissivity[i]);
+            let off = y - (y0 + (y1 - y0) * (x - x0) / (x1 - x0));
+            // y'' = 2 off / (h0 h1), and a straight line over h misses by h^2 y'' / 8.
+            let h = (x - x0).max(x1 - x);
+            (off.abs() * h * h / (4.0 * (x - x0) * (x1 - x)), x)
+        };
+        (1..self.wavelength_um.len() - 1)
+            .filter(|&i| self.wavelength_um[i + 1] > from && self.wavelength_um[i - 1] < to)
+            .map(bend)
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
     /// Whether it is one: it may have been written by other hands.
     pub(super) fn is_sound(&self) -> bool {
         self.wavelength_um.len() >= 2

@@ -1,0 +1,56 @@
+//! `soilsig stress`: the atlas of failure.
+
+use std::path::PathBuf;
+
+use soilsig::cache::Cache;
+use soilsig::error::Error;
+use soilsig::progress::Step;
+use soilsig::stress::{self, Setting};
+
+use super::{print, usage, utf8_path};
+
+/// Drives the method to where it fails, and notes whether the tool says so
+///
+/// Writes a CSV file for each row, a page of charts (atlas.svg, atlas.png) and a table (atlas.md).
+#[derive(clap::Args)]
+pub struct Args {
+    /// Folder for the atlas
+    #[arg(long, short, value_name = "FOLDER", default_value = "out/stress", value_parser = utf8_path())]
+    out: PathBuf,
+    /// Fewer points and rays
+    #[arg(long)]
+    quick: bool,
+    /// Only these rows
+    #[arg(long, value_name = "NAME", num_args = 1..)]
+    rows: Vec<String>,
+    /// Leave out the rows that drop grains in Blender
+    #[arg(long)]
+    without_blender: bool,
+    /// Blender to use: its executable, or a Python that can import bpy
+    #[arg(long, value_name = "PATH", value_parser = utf8_path())]
+    blender: Option<PathBuf>,
+}
+
+pub fn run(args: &Args, cache: &Cache) -> Result<(), Error> {
+    if let Some(unknown) = args.rows.iter().find(|name| !stress::names().any(|row| row == **name)) {
+        let names: Vec<&str> = stress::names().collect();
+        usage(&format!("there is no row {unknown:?}, but {}", names.join(", ")));
+    }
+    let setting = Setting {
+        quick: args.quick,
+        cache,
+        blender: args.blender.as_deref(),
+        without_blender: args.without_blender,
+    };
+    let mut rows = Vec::new();
+    for name in
+        stress::names().filter(|name| args.rows.is_empty() || args.rows.iter().any(|n| n == name))
+    {
+        let step = Step::new(name);
+        let row = stress::row(name, &setting)?;
+        step.done(&format!("{} points", row.points.len()));
+        print(&stress::line(&row))?;
+        rows.push(row);
+    }
+    stress::write(&rows, &args.out)
+}

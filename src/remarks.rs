@@ -1,0 +1,318 @@
+//! What speaks against a result that can still be given: cause and remedy, for the record and in words.
+//!
+//! Whatever makes a result wrong by more than its interval says is refused or stands here. `soilsig stress` drives each
+//! of them from where it is harmless to where it is not (docs/stability.md).
+
+use std::fmt;
+
+use glam::DVec3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::{Bed, Mesh, Placement};
+use crate::random::{Purpose, Source};
+use crate::scene::Sides;
+use crate::signature::Band;
+use crate::spectrum::Spectrum;
+use crate::table::Table;
+use crate::tracer::Tracer;
+
+/// A patch narrower than so many of its largest bodies is said to be small.
+const LEAST_WIDTHS: f64 = 3.0;
+
+/// Share of the facets in meshes of too fine detail, and of facets within other solids, from which it is said: some
+/// narrow facets do no harm, and grains of a drop press a little into each other.
+const NOTABLE: f64 = 0.01;
+
+/// A body whose facets add up to so small a vector area, as a share of their area, is closed but for holes; sheets and
+/// pits that are meant to be open lie far above.
+const NEARLY_CLOSED: f64 = 0.1;
+
+/// Mean of 1 - cos between the facets and the normals that the file gives for them, from which it is said.
+const NOTABLY_CURVED: f64 = 0.003;
+
+/// Points on facets that are asked whether they lie within another solid.
+const PROBES: u64 = 1 << 12;
+
+/// What speaks against a result.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Remark {
+    /// Facets are finer than the mesh's coordinates tell apart.
+    TooFine {
+        /// The mesh.
+        mesh: String,
+        /// Share of its facets.
+        share: f64,
+        /// What its coordinates are rounded by, um.
+        rounding_um: f64,
+    },
+    /// A solid has holes.
+    Holes {
+        /// The mesh.
+        mesh: String,
+        /// Edges of a single facet.
+        edges: usize,
+        /// Edges in all.
+        of: usize,
+    },
+    /// Facets stand for a surface that the file says to be curved.
+    Coarse {
+        /// The mesh.
+        mesh: String,
+        /// Mean angle between facets and normals, degrees.
+        angle_deg: f64,
+    },
+    /// A body is smaller than the waves.
+    SmallerThanWaves {
+        /// The mesh.
+        mesh: String,
+        /// Its length, um.
+        size_um: f64,
+        /// The longest wavelength, um.
+        wavelength_um: f64,
+    },
+    /// Solids pass through each other.
+    Overlap {
+        /// Share of the facets that lie within another solid.
+        share: f64,
+    },
+    /// The patch holds few bodies side by side.
+    NarrowPatch {
+        /// Its shorter side in lengths of the largest body.
+        widths: f64,
+    },
+    /// The bed is so shallow that its floor shows.
+    Floor {
+        /// Most that a band changes between a black and a white floor.
+        effect: f64,
+    },
+    /// Straight lines between the points of a spectrum miss the curve.
+    Undersampled {
+        /// The spectrum's file.
+        spectrum: String,
+        /// By about so much.
+        error: f64,
+        /// Where, um.
+        at_um: f64,
+    },
+    /// Near grazing incidence reflectance changes much within one bin of cosines.
+    GrazingBins {
+        /// The view, degrees from nadir.
+        zenith_deg: f64,
+        /// Half of the change within the bin of the view.
+        error: f64,
+    },
+}
+
+impl fmt::Display for Remark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooFine { mesh, share, rounding_um } => write!(
+                f,
+                "{:.0} % of the facets of {mesh} are too fine for coordinates that are rounded by \
+                 {rounding_um:.1e} um: make small parts prototypes of their own, about their own origin",
+                100.0 * share
+            ),
+            Self::Holes { mesh, edges, of } => write!(
+                f,
+                "{mesh} is closed but for {edges} of {of} edges, which belong to one facet only: rays get \
+                 into it; if it is to be a solid, mend it"
+            ),
+            Self::Coarse { mesh, angle_deg } => write!(
+                f,
+                "{mesh} stands for a curved surface, and its facets turn away from it by {angle_deg:.1} \
+                 degrees on the mean: subdivide it"
+            ),
+            Self::SmallerThanWaves { mesh, size_um, wavelength_um } => write!(
+                f,
+                "{mesh} is {size_um:.2e} um long, below the wavelength of {wavelength_um} um: rays do not \
+                 hold there; is its unit right?"
+            ),
+            Self::Overlap { share } => write!(
+                f,
+                "solids pass through each other: {:.1} % of the facets lie within another solid; rays see \
+                 what is outermost",
+                100.0 * share
+            ),
+            Self::NarrowPatch { widths } => write!(
+                f,
+                "the patch is {widths:.1} of its largest bodies wide: patches of that size differ by much; \
+                 make it wider, or take the mean of several"
+            ),
+            Self::Floor { effect } => write!(
+                f,
+                "the floor shows: between a black and a white one a band changes by {effect:.4}; make the \
+                 bed deeper"
+            ),
+            Self::Undersampled { spectrum, error, at_um } => write!(
+                f,
+                "the points of {spectrum} are too far apart: straight lines between them miss it by about \
+                 {error:.3} near {at_um} um"
+            ),
+            Self::GrazingBins { zenith_deg, error } => write!(
+                f,
+                "seen from {zenith_deg} degrees, facets that lie flat are known to {error:.3} only: that is \
+                 half of what their reflectance changes by within one bin of cosines"
+            ),
+        }
+    }
+}
+
+/// What speaks against a bed: of each kind the worst.
+pub fn of_bed(tracer: &Tracer, longest_um: f64, seed: u64) -> Vec<Remark> {
+    let bed = tracer.bed();
+    let placed: Vec<&Mesh> = bed.placements.iter().map(|place| &bed.meshes[place.mesh]).collect();
+    let worst = |of: &dyn Fn(&Mesh) -> f64| {
+        placed.iter().copied().max_by(|a, b| of(a).total_cmp(&of(b))).map(|mesh| (mesh, of(mesh)))
+    };
+    let mut remarks = Vec::new();
+    let too_fine = |m: &Mesh| m.doubts.too_fine as f64 / m.doubts.facets as f64;
+    if let Some((mesh, share)) = worst(&too_fine).filter(|(_, share)| *share > NOTABLE) {
+        let rounding_um = mesh.doubts.rounding_um;
+        remarks.push(Remark::TooFine { mesh: mesh.name.clone(), share, rounding_um });
+    }
+    let holes = |m: &Mesh| if is_holed(m) { m.doubts.open_edges as f64 } else { 0.0 };
+    if let Some((mesh, _)) = worst(&holes).filter(|(_, edges)| *edges > 0.0) {
+        let (edges, of) = (mesh.doubts.open_edges, mesh.doubts.edges);
+        remarks.push(Remark::Holes { mesh: mesh.name.clone(), edges, of });
+    }
+    let curved = |m: &Mesh| m.doubts.curved;
+    if let Some((mesh, curved)) = worst(&curved).filter(|(_, curved)| *curved > NOTABLY_CURVED) {
+        let angle_deg = (1.0 - curved).acos().to_degrees();
+        remarks.push(Remark::Coarse { mesh: mesh.name.clone(), angle_deg });
+    }
+    let size = |place: &&Placement| {
+        let (min, max) = Bed::bounds_um(&bed.meshes, std::slice::from_ref(*place));
+        (max - min).max_element()
+    };
+    let smallest = bed.placements.iter().map(|p| (p, size(&p))).min_by(|a, b| a.1.total_cmp(&b.1));
+    if let Some((place, size_um)) = smallest.filter(|(_, size)| *size < longest_um) {
+        let mesh = bed.meshes[place.mesh].name.clone();
+        remarks.push(Remark::SmallerThanWaves { mesh, size_um, wavelength_um: longest_um });
+    }
+    let share = overlap(tracer, seed);
+    if share > NOTABLE {
+        remarks.push(Remark::Overlap { share });
+    }
+    let domain = &bed.domain;
+    let width = (domain.max_um - domain.min_um).truncate().min_element();
+    // A mesh of many parts that stands alone is a whole bed: its bodies are not told apart.
+    let bodies = bed.placements.iter().filter(|place| {
+        let mesh = &bed.meshes[place.mesh];
+        mesh.closed && (bed.placements.len() > 1 || mesh.particles.len() == 1)
+    });
+    let widths = width / bodies.map(|place| size(&place)).fold(0.0, f64::max);
+    if domain.sides != Sides::Open && widths < LEAST_WIDTHS {
+        remarks.push(Remark::NarrowPatch { widths });
+    }
+    remarks
+}
+
+/// Whether a mesh is a body with holes, and not a sheet.
+fn is_holed(mesh: &Mesh) -> bool {
+    let area = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|i| mesh.vertices[i as usize].as_dvec3());
+        (b - a).cross(c - a)
+    };
+    let (sum, total) = mesh
+        .triangles
+        .iter()
+        .map(area)
+        .fold((DVec3::ZERO, 0.0), |(sum, total), area| (sum + area, total + area.length()));
+    mesh.doubts.open_edges > 0 && sum.length() < NEARLY_CLOSED * total
+}
+
+/// Share of the facets that lie within a solid placed elsewhere: of a point a little off its facet the nearest surface
+/// outward is the inner side of another solid.
+fn overlap(tracer: &Tracer, seed: u64) -> f64 {
+    let bed = tracer.bed();
+    if bed.placements.len() < 2 {
+        return 0.0;
+    }
+    let source = Source::new(seed, Purpose::Coverage);
+    let is_within = |probe: u64| {
+        // The view and the silhouettes have the streams before this one.
+        let mut random = source.stream(u64::MAX - probe);
+        let ([which, facet], [u, v]) = (random.pair(), random.pair());
+        let of = |share: f64, number: usize| ((share * number as f64) as usize).min(number - 1);
+        let own = of(which, bed.placements.len());
+        let Placement { mesh, to_scene } = &bed.placements[own];
+        let mesh = &bed.meshes[*mesh];
+        let corners = mesh.triangles[of(facet, mesh.triangles.len())];
+        let [a, b, c] =
+            corners.map(|i| to_scene.transform_point3(mesh.vertices[i as usize].as_dvec3()));
+        let turned = if to_scene.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 };
+        let Some(normal) = (turned * (b - a).cross(c - a)).try_normalize() else { return false };
+        let [u, v] = if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] };
+        let lift = 1e-6 * (b - a).length().max((c - a).length());
+        let origin = a + u * (b - a) + v * (c - a) + lift * normal;
+        let Some(hit) = tracer.accelerator().closest(origin, normal, f64::INFINITY) else {
+            return false;
+        };
+        let place = &bed.placements[hit.placement];
+        let other = &bed.meshes[place.mesh];
+        let [a, b, c] = other.triangles[hit.triangle]
+            .map(|i| place.to_scene.transform_vector3(other.vertices[i as usize].as_dvec3()));
+        let turned = if place.to_scene.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 };
+        let outward = turned * (b - a).cross(c - a).dot(normal);
+        hit.placement != own && other.closed && outward > 0.0
+    };
+    let within = (0..PROBES).into_par_iter().filter(|&probe| is_within(probe)).count();
+    within as f64 / PROBES as f64
+}
+
+/// What speaks against the signature of packings of one recipe, their beds included; `floor_effect` is what a black and a
+/// white floor differ by. Of each kind the first.
+pub fn of_result(
+    packings: &[Table],
+    bands: &[Band],
+    tolerance: f64,
+    floor_effect: Option<f64>,
+) -> Vec<Remark> {
+    let table = &packings[0];
+    let mut remarks: Vec<Remark> = packings.iter().flat_map(|t| t.remarks.clone()).collect();
+    remarks.extend(
+        floor_effect.filter(|effect| *effect > tolerance).map(|effect| Remark::Floor { effect }),
+    );
+    let span = [bands[0].wavelength_um, bands[bands.len() - 1].wavelength_um];
+    for material in &table.materials {
+        if let Spectrum::Tabulated(points) = &material.spectrum
+            && let Some((error, at_um)) = points.sampling_error(span)
+            && error > tolerance
+        {
+            let spectrum = points.file.clone();
+            remarks.push(Remark::Undersampled { spectrum, error, at_um });
+        }
+    }
+    remarks.extend(
+        grazing_bins(table, bands)
+            .filter(|(_, error)| *error > tolerance)
+            .map(|(zenith_deg, error)| Remark::GrazingBins { zenith_deg, error }),
+    );
+    let mut kinds = Vec::new();
+    remarks.retain(|remark| {
+        let kind = std::mem::discriminant(remark);
+        let is_new = !kinds.contains(&kind);
+        kinds.push(kind);
+        is_new
+    });
+    remarks
+}
+
+/// The view's zenith angle, and half of what the reflectance of any facet by angle changes by within the bin of its
+/// cosine, in the worst band.
+fn grazing_bins(table: &Table, bands: &[Band]) -> Option<(f64, f64)> {
+    let cosines = f64::from(table.histogram.kept.cosines);
+    let bin = (table.view.zenith_deg.to_radians().cos() * cosines).floor().min(cosines - 1.0);
+    let change = |spectrum: &Spectrum, um: f64| {
+        let at = |edge: f64| spectrum.reflectance_at(um, edge / cosines).unwrap_or(0.0);
+        (at(bin) - at(bin + 1.0)).abs() / 2.0
+    };
+    let angular = table.materials.iter().map(|m| &m.spectrum).filter(|s| s.is_angular());
+    angular
+        .flat_map(|spectrum| bands.iter().map(move |b| (spectrum, b.wavelength_um)))
+        .map(|(spectrum, um)| change(spectrum, um))
+        .max_by(f64::total_cmp)
+        .map(|error| (table.view.zenith_deg, error))
+}
