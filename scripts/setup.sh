@@ -2,8 +2,8 @@
 # Installs what soilsig needs and this machine lacks; what it may not install it names in one line.
 #
 #   scripts/setup.sh run              a compiler, Rust, and a Blender with numpy
-#   scripts/setup.sh test [WITHOUT]   both kinds of Blender, Mitsuba and a linter for the scripts besides;
-#                                     WITHOUT names what to leave out: blender, bpy, mitsuba
+#   scripts/setup.sh test [WITHOUT]   both kinds of Blender, Mitsuba, readers of our files and a linter for the
+#                                     scripts besides; WITHOUT names what to leave out: blender, bpy, mitsuba, readers
 #   scripts/setup.sh bench            what `run` needs and Mitsuba
 set -eu
 cd "$(dirname "$0")/.."
@@ -15,6 +15,7 @@ bpy_python='sys.version_info[:2] == (3, 11)'
 bpy_libraries='libx11-6 libxrender1 libxfixes3 libxi6 libxkbcommon0 libxext6 libsm6 libice6 libgl1'
 ruff='ruff==0.17.6'
 mitsuba='mitsuba==3.9.1'
+readers='spectral==0.25 xarray==2026.9.0 scipy==1.17.1 pandas==3.1.1'
 
 say() { printf 'setup: %s\n' "$*" >&2; }
 stop() { say "$*"; exit 1; }
@@ -108,6 +109,14 @@ install_mitsuba() {
             pip_install .tools/mitsuba "$mitsuba" && pip_install .tools/mitsuba numpy; }
 }
 
+# Those that read our files; a note of what is there tells whether it is what is wanted.
+install_readers() {
+    [ "$(cat .tools/readers/installed 2>/dev/null)" = "$readers" ] && return
+    make_venv .tools/readers 'sys.version_info >= (3, 11)' python3.11-venv || return
+    for reader in $readers; do pip_install .tools/readers "$reader" || return; done
+    echo "$readers" >.tools/readers/installed
+}
+
 setup_to_bench() {
     setup_to_run
     install_mitsuba || stop "no $mitsuba: it needs a Python with venv and a download by pip"
@@ -122,6 +131,8 @@ setup_to_test() {
         stop "no $bpy to test with, it needs $lacks; or make test WITHOUT=bpy"
     is_left_out mitsuba || install_mitsuba ||
         stop "no $mitsuba to test with: it needs a Python with venv; or make test WITHOUT=mitsuba"
+    is_left_out readers || install_readers ||
+        stop "no $readers to test with: they need Python 3.11 with venv; or make test WITHOUT=readers"
     [ "$(.tools/bin/ruff --version 2>/dev/null)" = "$(echo $ruff | sed 's/==/ /')" ] ||
         { make_venv .tools True python3-venv && pip_install .tools "$ruff"; } ||
         stop "no $ruff in .tools: it needs a Python with venv (on Debian: apt install python3-venv)"

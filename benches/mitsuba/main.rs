@@ -10,12 +10,13 @@
 use std::error::Error;
 use std::fs;
 use std::io::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use nix::time::{ClockId, clock_gettime};
 use serde_json::{Value, json};
 use soilsig::course::Course;
+use soilsig::export::{self, To};
 use soilsig::histogram::{Histogram, Mean};
 use soilsig::scene::Scene;
 use soilsig::signature::Grid;
@@ -47,6 +48,8 @@ struct Ours {
     scene: Scene,
     materials: Vec<soilsig::table::TableMaterial>,
     path: String,
+    /// Folder of the same scene for Mitsuba.
+    exported: PathBuf,
 }
 
 impl Ours {
@@ -117,8 +120,7 @@ struct Theirs {
 
 fn theirs(python: &str, ours: &Ours, reflectances: &[Vec<f64>], run: u64) -> Done<Theirs> {
     let job = json!({
-        "scene": ours.path, "zenith_deg": ours.scene.view.zenith_deg,
-        "azimuth_deg": ours.scene.view.azimuth_deg, "reflectances": reflectances,
+        "scene": ours.exported.join("scene.xml"), "reflectances": reflectances,
         "pixels": PIXELS, "samples": SAMPLES, "rr_depth": 5,
         "seeds": (SEEDS * run..SEEDS * (run + 1)).collect::<Vec<_>>(),
     });
@@ -187,7 +189,9 @@ fn main() -> Done<()> {
     let scene = Scene::read(path)?;
     let tracer = trace::tracer(&scene, path)?;
     let materials = trace::materials(&scene, path)?;
-    let ours = Ours { tracer, scene, materials, path: open_scene.clone() };
+    let exported = path.with_extension("mitsuba");
+    export::export(&scene, path, To::Mitsuba, &BANDS_UM[..3], &exported)?;
+    let ours = Ours { tracer, scene, materials, path: open_scene.clone(), exported };
     let all = ours.bands(&Grid::PAPER.wavelengths_um())?;
     let some = ours.bands(&BANDS_UM)?;
     let one = ours.bands(&[ONE_BAND_UM])?;

@@ -1,0 +1,96 @@
+//! Scenes for other programs, and back.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::{Value, json};
+use soilsig::export::{self, To};
+use soilsig::scene::{Scene, SpectrumSource};
+use soilsig::signature::{self, Grid};
+use soilsig::stop::Target;
+use soilsig::trace;
+
+fn emissivities(path: &Path, grid: &Grid) -> Vec<(f64, f64)> {
+    let scene = Scene::read(path).expect("the scene is sound");
+    let tracer = trace::tracer(&scene, path).expect("its meshes are sound");
+    let target = Target::of(0.004);
+    let table =
+        trace::trace(&tracer, &scene, path, grid, target, None, &|_, _| ()).expect("traced");
+    let bands = signature::evaluate(&[table], &grid.wavelengths_um()).expect("bands");
+    bands.iter().map(|band| (band.emissivity.mean, band.emissivity.half_width)).collect()
+}
+
+#[test]
+fn a_scene_comes_back_from_dirsigs_files_with_the_same_emissivity() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
+    let mut json: Value =
+        serde_json::from_str(&fs::read_to_string(&shipped).expect("a scene")).expect("JSON");
+    for prototype in json["geometry"]["placed"]["prototypes"].as_array_mut().expect("a list") {
+        let file = shipped.with_file_name(prototype["file"].as_str().expect("a name"));
+        prototype["file"] = file.display().to_string().into();
+    }
+    json["geometry"]["placed"]["domain"]["sides"] = "open".into();
+    json["materials"][1]["temperature_k"] = json!(310.0);
+    let original = folder.path().join("original.json");
+    fs::write(&original, json.to_string()).expect("written");
+    let scene = Scene::read(&original).expect("a scene");
+    let bundle = folder.path().join("bundle");
+    let grid = Grid::new(8.0, 12.0, 0.1).expect("a grid");
+    let lost = export::export(&scene, &original, To::Dirsig, &grid.wavelengths_um(), &bundle)
+        .expect("written");
+    assert!(lost.iter().any(|sentence| sentence.contains("MAX_BOUNCES")), "{lost:?}");
+    let (imported, _) =
+        export::import(&bundle.join("scene.odb"), &bundle.join("scene.mat"), &bundle)
+            .expect("read");
+    let temperatures: Vec<f64> =
+        imported.materials.iter().map(|m| imported.temperature_of(m)).collect();
+    assert_eq!(temperatures, [300.0, 310.0, 300.0]);
+    let ems = |m: &soilsig::scene::Material| matches!(&m.spectrum, SpectrumSource::File(f) if f.is_relative());
+    assert!(imported.materials.iter().all(ems), "files beside the scene are named so");
+    // DIRSIG's files have no domain: it is that of the original.
+    let mut back = serde_json::to_value(&imported).expect("plain data");
+    let mut domain = json["geometry"]["placed"]["domain"].clone();
+    domain.as_object_mut().expect("an object").remove("floor");
+    back["geometry"]["placed"]["domain"] = domain;
+    let path = bundle.join("back.json");
+    fs::write(&path, back.to_string()).expect("written");
+    for (a, b) in emissivities(&original, &grid).iter().zip(emissivities(&path, &grid)) {
+        assert!((a.0 - b.0).abs() < 1.5 * a.1.hypot(b.1), "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn what_is_wrong_in_dirsigs_files_is_named_with_its_line() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let [odb, mat] = ["a.odb", "a.mat"].map(|name| folder.path().join(name));
+    fs::write(folder.path().join("a.obj"), "usemtl x\n").expect("written");
+    let material = "MATERIAL_ENTRY {\n ID = x\n EMISSIVITY_FILE = x.ems\n}\n";
+    let object =
+        "OBJECT {\n OBJ_FILENAME = a.obj\n UNITS = METERS\n INSTANCES {\n  INFO = 1 2 3\n }\n}\n";
+    let cases = [
+        ("OBJECT {\n", material, "is not closed"),
+        (
+            "DIRSIG_ODB = 1.0\nOBJECT {\n GDB_FILENAME = a.gdb\n}\n",
+            material,
+            "line 2: an object without",
+        ),
+        (&format!("DIRSIG_ODB = 1.0\n{object}"), material, "line 6: an instance is 9 numbers"),
+        (
+            &format!("DIRSIG_ODB = 1.0\n{}", object.replace("METERS", "LEAGUES")),
+            material,
+            "line 4: UNITS = LEAGUES",
+        ),
+        (
+            &format!("DIRSIG_ODB = 1.0\n{}", object.replace("1 2 3", "0 0 0 1 1 1 0 0 0")),
+            "MATERIAL_ENTRY {\n ID = y\n}\n",
+            "no material \"x\"",
+        ),
+    ];
+    for (objects, materials, part) in cases {
+        fs::write(&odb, objects).expect("written");
+        fs::write(&mat, materials).expect("written");
+        let error = export::import(&odb, &mat, folder.path()).expect_err(part).to_string();
+        assert!(error.contains(part), "{error}");
+    }
+}

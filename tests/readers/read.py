@@ -1,0 +1,53 @@
+"""Opens soilsig's files in the readers of others and compares them; started by tests/readers.rs in
+the folder that holds them."""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import spectral.io.envi as envi
+import xarray as xr
+
+warnings.simplefilter("error")
+
+LINES, SAMPLES = 4, 6
+BANDS_UM = np.arange(8.0, 12.01, 0.5)
+
+data = xr.open_dataset("image/image.nc")
+assert data.attrs["Conventions"].startswith("CF-")
+assert data.sizes == {"y": LINES, "wavelength": len(BANDS_UM), "x": SAMPLES}
+assert np.array_equal(data.wavelength, BANDS_UM)
+assert data.wavelength.attrs["units"] == "um"
+assert data.radiance.attrs["units"] == "W m-2 sr-1 um-1"
+assert data.radiance.attrs["ancillary_variables"] in data
+assert data.material.attrs["flag_meanings"].split() == ["fine", "coarse", "floor"]
+
+for name in ["radiance", "radiance_standard_error", "emissivity"]:
+    ours = np.array([float(line) for line in Path(f"{name}.txt").read_text().split()])
+    ours = ours.reshape(len(BANDS_UM), LINES, SAMPLES).astype(np.float32)
+    image = envi.open(f"image/{name}.hdr")
+    assert image.bands.band_unit == "Micrometers"
+    assert np.array_equal(image.bands.centers, BANDS_UM)
+    assert np.array_equal(np.asarray(image.load()).transpose(2, 0, 1), ours), name
+    assert np.array_equal(data[name].transpose("wavelength", "y", "x").values, ours), name
+
+maps = envi.open("image/maps.hdr")
+for band, name in enumerate(maps.metadata["band names"]):
+    assert np.array_equal(maps.read_band(band), data[name].values), name
+assert set(np.unique(data.material)) <= {0.0, 1.0, 2.0}
+assert (data.hits >= 1).all() and (data.paths >= 32).all()
+
+library = envi.open("library.hdr")
+assert library.bands.band_unit == "Micrometers"
+assert np.array_equal(library.bands.centers, BANDS_UM)
+table = pd.read_csv("library.csv")
+assert np.array_equal(table.iloc[:, 0], BANDS_UM)
+assert np.array_equal(library.spectra[0], table.iloc[:, 1])
+assert table.iloc[:, 1].min() > 0 and table.iloc[:, 1].max() < 1
+
+signature = pd.read_csv("signature.csv")
+assert np.array_equal(signature.wavelength_um, BANDS_UM)
+assert signature.emissivity.between(0, 1).all()
+# The field that only several packings fill.
+assert signature.emissivity_sd_packings.isna().all()
