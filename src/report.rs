@@ -49,7 +49,11 @@ pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
         tolerance,
         tolerance_reached: e.half_width <= tolerance && (packings.len() > 1 || rays_reached),
         paths,
-        facets: packings[0].materials.iter().map(|m| (m.name.clone(), m.spectrum.facets())).collect(),
+        facets: packings[0]
+            .materials
+            .iter()
+            .map(|m| (m.name.clone(), m.spectrum.facets()))
+            .collect(),
         not_valid_um: not_valid_um(bands),
         seen_first: packings[0]
             .materials
@@ -151,7 +155,10 @@ pub fn chart(
     hatched_um.sort_by(|a, b| a[0].total_cmp(&b[0]));
     hatched_um.dedup();
     if !hatched_um.is_empty() {
-        caption.push("Hatched: grains let light through there, and Fresnel facets do not hold.".into());
+        caption.push(
+            "Hatched: Fresnel facets do not hold there; grains let light through, or are small against the wavelength."
+                .into(),
+        );
     }
     let versions: Vec<String> = [("soilsig", "soilsig"), ("blender", "Blender")]
         .iter()

@@ -114,9 +114,7 @@ impl UniaxialCrystal {
 
     /// Share of light that is left after a path within the crystal, um, with its axes at random.
     pub fn transmittance(&self, wavelength_um: f64, path_um: f64) -> f64 {
-        self.mean(wavelength_um, |eps| {
-            (-4.0 * PI * eps.sqrt().im * path_um / wavelength_um).exp()
-        })
+        self.mean(wavelength_um, |eps| (-4.0 * PI * eps.sqrt().im * path_um / wavelength_um).exp())
     }
 
     fn mean(&self, wavelength_um: f64, of: impl Fn(Complex64) -> f64) -> f64 {

@@ -311,7 +311,13 @@ mod tests {
 
     fn chart(curves: Vec<Curve>) -> Chart {
         let caption = vec!["ray noise only".to_owned()];
-        Chart { title: "Quartz".to_owned(), caption, curves, mark_features: true, hatched_um: vec![] }
+        Chart {
+            title: "Quartz".to_owned(),
+            caption,
+            curves,
+            mark_features: true,
+            hatched_um: vec![],
+        }
     }
 
     fn grid() -> Vec<f64> {

@@ -140,13 +140,17 @@ impl SpectrumError {
             Self::Range { held_um, .. } => {
                 format!("ask for a range within it: --range {}-{}", held_um[0], held_um[1])
             }
-            Self::PureBed { .. } => "trace a bed of one material whose spectrum is a constant, 0.05 say: \
+            Self::PureBed { .. } => {
+                "trace a bed of one material whose spectrum is a constant, 0.05 say: \
                                      docs/chemistry.md"
-                .into(),
+                    .into()
+            }
             Self::PureBedTable(error) => return error.hint(),
-            Self::NoFacet { .. } => "trace the pure bed with facets of a lower emissivity: paths are followed longer \
+            Self::NoFacet { .. } => {
+                "trace the pure bed with facets of a lower emissivity: paths are followed longer \
                                      then, and fewer are given up"
-                .into(),
+                    .into()
+            }
             Self::Gap { .. } => "ask for a range on one side of it, with --range".into(),
             Self::Read { .. } => return None,
         })

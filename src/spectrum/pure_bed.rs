@@ -38,9 +38,13 @@ impl PureBed {
         let beds = Table::read_packings(tables).map_err(SpectrumError::PureBedTable)?;
         for (table, path) in beds.iter().zip(tables) {
             let problem = if table.materials.len() != 1 {
-                format!("a pure bed is of one material, its floor too, not of {}", table.materials.len())
+                format!(
+                    "a pure bed is of one material, its floor too, not of {}",
+                    table.materials.len()
+                )
             } else if table.histogram.kept != Kept::PLAIN || table.materials[0].specular != 0.0 {
-                "the facets of a pure bed are Lambertian, of one temperature under an isotropic sky".into()
+                "the facets of a pure bed are Lambertian, of one temperature under an isotropic sky"
+                    .into()
             } else {
                 continue;
             };
@@ -58,7 +62,8 @@ impl PureBed {
     fn of(title: String, beds: &[Table]) -> Self {
         let (mut escaped, mut given_up) = (Vec::new(), Vec::new());
         for bed in beds {
-            let states = [(&mut escaped, &bed.histogram.escaped), (&mut given_up, &bed.histogram.trapped)];
+            let states =
+                [(&mut escaped, &bed.histogram.escaped), (&mut given_up, &bed.histogram.trapped)];
             let all: u64 = states.iter().flat_map(|(_, of)| of.iter()).map(|(_, n)| count(n)).sum();
             for (shares, of) in states {
                 for (state, counts) in of {
@@ -82,7 +87,8 @@ impl PureBed {
     /// The bed's reflectance for that of its facets, 0 to 1. Paths that were given up count with half of what they may
     /// still bring, as in every signature.
     pub fn reflectance(&self, facet: f64) -> f64 {
-        let series = |shares: &[f64]| shares.iter().rev().fold(0.0, |sum, share| sum * facet + share);
+        let series =
+            |shares: &[f64]| shares.iter().rev().fold(0.0, |sum, share| sum * facet + share);
         series(&self.escaped) + series(&self.given_up) / 2.0
     }
 
