@@ -190,7 +190,8 @@ pub fn chart(
     hatched_um.dedup();
     if !hatched_um.is_empty() {
         caption.push(
-            "Hatched: grains let light through there, and Fresnel facets do not hold.".into(),
+            "Hatched: Fresnel facets do not hold there; grains let light through, or are small against the wavelength."
+                .into(),
         );
     }
     let versions: Vec<String> = [("soilsig", "soilsig"), ("blender", "Blender")]

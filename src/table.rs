@@ -84,6 +84,10 @@ impl TableError {
 /// scattered in the bed and part of it comes back, but facets count it as absorbed.
 pub const MOST_TRANSMITTED: f64 = 0.01;
 
+/// Wavelengths that the mean chord of a particle of `fresnel` facets must hold: reflection as from a wide face is that of
+/// bodies large against the wavelength.
+pub const LEAST_WAVELENGTHS: f64 = 10.0;
+
 /// A traced bed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -181,12 +185,13 @@ impl TableMaterial {
         Self { first_hits: 0, mean_chord_um: None, ..self.clone() }
     }
 
-    /// Whether the model of its facets holds at a wavelength in um: what refracts into a particle must not come out
-    /// again.
+    /// Whether the model of its facets holds at a wavelength in um: particles must be large against it, and what refracts
+    /// into one must not come out again.
     pub fn is_valid(&self, wavelength_um: f64) -> bool {
         match (&self.spectrum, self.mean_chord_um) {
             (Spectrum::Fresnel(_, crystal), Some(chord_um)) => {
-                crystal.transmittance(wavelength_um, chord_um) < MOST_TRANSMITTED
+                chord_um >= LEAST_WAVELENGTHS * wavelength_um
+                    && crystal.transmittance(wavelength_um, chord_um) < MOST_TRANSMITTED
             }
             _ => true,
         }

@@ -287,8 +287,8 @@ fn warnings(text: &mut String, r: &Reached) {
             .collect();
         let _ = writeln!(
             text,
-            "  warning: fresnel facets do not hold at {} um: over 1 % of the light that gets into a grain gets through \
-             it",
+            "  warning: fresnel facets do not hold at {} um: grains let over 1 % of the light through, or measure below \
+             ten wavelengths",
             ranges.join(", ")
         );
     }

@@ -313,7 +313,7 @@ fn the_scene_schema_admits_the_shipped_scenes_and_refuses_unknown_keys() {
     let (out, _) = place.run(&["schema", "scene"], 0);
     let schema: Value = serde_json::from_str(&out).expect("JSON");
     let validator = jsonschema::validator_for(&schema).expect("a schema");
-    for name in ["full", "less", "sparse", "bare", "settled_patch"] {
+    for name in ["full", "less", "sparse", "bare", "settled_patch", "quartz_sand"] {
         let text = fs::read_to_string(shipped(&format!("{name}.json"))).expect("shipped");
         let mut scene: Value = serde_json::from_str(&text).expect("JSON");
         assert!(validator.is_valid(&scene), "{name}");

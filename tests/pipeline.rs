@@ -289,7 +289,7 @@ fn any_number_of_size_classes_and_minerals_goes_through() {
     let scene = r#"{
       "soilsig_scene": 1, "name": "mixture", "seed": 3, "temperature_k": 310, "sky_temperature_k": 250,
       "view": {"zenith_deg": 30, "azimuth_deg": 45},
-      "materials": [{"name": "olivine", "spectrum": {"constant": 0.9}}, {"name": "quartz", "spectrum": {"file": "q.csv"}},
+      "materials": [{"name": "olivine", "spectrum": {"inverted": {"spectrum": {"constant": 0.9}, "pure_bed": ["pure.json"]}}}, {"name": "quartz", "spectrum": {"file": "q.csv"}},
                     {"name": "clay", "spectrum": {"file": "c.sli"}}, {"name": "floor", "spectrum": {"constant": 0.9}}],
       "geometry": {"packing": {"seed": 3,
         "grains": [{"name": "big", "shape": "grain_853", "diameter_um": 700, "material": "olivine", "count": 4, "fines": 40},
@@ -303,6 +303,14 @@ fn any_number_of_size_classes_and_minerals_goes_through() {
     // Of a library in two files both belong to the spectrum.
     fs::write(folder.path().join("c.csv"), "8,0.97\n12,0.96\n").expect("written");
     program::soilsig(folder.path(), &blender, &["spectra", "convert", "c.csv", "--out", "c.sli"]);
+    // Any bed of one material takes a powder apart; here it is a groove.
+    let groove = "v 0 0 0\nv 0 9 0\nv 9 0 9\nv 9 9 9\nv -9 0 9\nv -9 9 9\nf 1 3 4 2\nf 1 2 6 5\n";
+    fs::write(folder.path().join("groove.obj"), groove).expect("written");
+    let pure = r#"{"soilsig_scene": 1, "name": "pure", "seed": 1, "temperature_k": 300, "view": {"zenith_deg": 0},
+      "materials": [{"name": "m", "spectrum": {"constant": 0.1}}],
+      "geometry": {"placed": {"prototypes": [{"name": "groove", "file": "groove.obj", "material": "m"}]}}}"#;
+    fs::write(folder.path().join("pure_scene.json"), pure).expect("written");
+    program::soilsig(folder.path(), &blender, &["trace", "pure_scene.json", "-o", "pure.json"]);
     let args = ["pipeline", "--scene", "mixture.json", "--out", "r", "--range", "8-12", "--json"];
     let record = soilsig(folder.path(), &blender, &args);
     let seen = record["reached"]["mixture"]["seen_first"].as_object().expect("shares");
@@ -312,7 +320,9 @@ fn any_number_of_size_classes_and_minerals_goes_through() {
         "{seen:?}"
     );
     // The placed scene stands alone: its spectra were brought along.
-    for file in ["q.csv", "c.sli", "c.hdr"] {
+    for file in ["q.csv", "c.sli", "c.hdr", "pure.json"] {
+        let inputs = record["inputs"].as_object().expect("inputs");
+        assert!(inputs.keys().any(|path| path.ends_with(file)), "{file}: {inputs:?}");
         fs::remove_file(folder.path().join(file)).expect("removed");
     }
     soilsig(folder.path(), &blender, &["trace", "r/scene.json", "-o", "t.json", "--range", "8-12"]);

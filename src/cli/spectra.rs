@@ -44,8 +44,8 @@ enum What {
 /// The spectra, and how files of them are read.
 #[derive(clap::Args)]
 struct Input {
-    /// A shipped spectrum's name, fresnel:CONSTANTS, or a file: ECOSTRESS or ASTER text, USGS splib07
-    /// text, ENVI .sli, DIRSIG .ems, two columns of text
+    /// A shipped spectrum's name, fresnel:CONSTANTS, inverted: before a powder's, or a file: ECOSTRESS or ASTER
+    /// text, USGS splib07 text, ENVI .sli, DIRSIG .ems, two columns of text
     #[arg(required = true, value_name = "SPECTRUM")]
     spectra: Vec<String>,
     /// Only the spectrum of this name, of a file that holds several
@@ -242,7 +242,14 @@ fn chart(input: &Input, out: &Path) -> Result<(), Error> {
             _ => format!("{spectrum}."),
         });
     }
-    let title = "Emissivity of facets".into();
+    let of_library = |text: &String| match spectrum_source(text) {
+        SpectrumSource::File(path) => Format::of(&path).is_ok_and(|of| of == Format::Ecostress),
+        _ => false,
+    };
+    if input.spectra.iter().any(of_library) {
+        caption.push(format::ECOSTRESS_CREDIT.into());
+    }
+    let title = "Emissivity".into();
     let svg = plot::emissivity_svg(&Chart {
         title,
         caption,

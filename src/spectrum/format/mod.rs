@@ -13,6 +13,12 @@ use super::tabulated::{Quantity, Row, Tabulated};
 use super::{Spectrum, SpectrumError};
 use crate::error::Error;
 
+/// What a figure with curves of the ECOSTRESS library has to carry.
+pub const ECOSTRESS_CREDIT: &str = "Library spectra: reproduced from the ECOSTRESS Spectral Library through the courtesy \
+     of the Jet Propulsion Laboratory, California Institute of Technology, Pasadena, California. Copyright (c) 2017, \
+     California Institute of Technology. All rights reserved. Meerdink et al., Remote Sens. Environ. 230, 111196 (2019); \
+     Baldridge et al., Remote Sens. Environ. 113, 711-715 (2009).";
+
 /// A format that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
