@@ -1,5 +1,6 @@
 //! The command line: one file for each subcommand, and what they share.
 
+mod blender;
 mod completions;
 mod doctor;
 mod grains;
@@ -45,6 +46,7 @@ enum Command {
     Signature(signature::Args),
     Replay(replay::Args),
     Grains(grains::Args),
+    Blender(blender::Args),
     Spectra(spectra::Args),
     Picture(picture::Args),
     Doctor(doctor::Args),
@@ -229,7 +231,8 @@ pub fn run() -> ExitCode {
         Command::Signature(args) => signature::run(args).map(|()| None),
         Command::Replay(args) => replay::run(args),
         Command::Spectra(args) => spectra::run(args).map(|()| None),
-        Command::Grains(args) => grains::run(args, &cache).map(|()| None),
+        Command::Grains(args) => grains::run(args, &cache),
+        Command::Blender(args) => blender::run(args, &cache).map(|()| None),
         Command::Picture(args) => picture::run(args).map(|()| None),
         Command::Doctor(args) => doctor::run(args, cache.root()).map(|()| None),
         Command::Schema(args) => schema::run(args).map(|()| None),
