@@ -2,8 +2,9 @@
 # Installs what soilsig needs and this machine lacks; what it may not install it names in one line.
 #
 #   scripts/setup.sh run              a compiler, Rust, and a Blender with numpy
-#   scripts/setup.sh test [WITHOUT]   both kinds of Blender, Mitsuba and a linter for the scripts besides;
-#                                     WITHOUT names what to leave out: blender, bpy, mitsuba
+#   scripts/setup.sh test [WITHOUT]   both kinds of Blender, Mitsuba, a display for Blender's window and a linter
+#                                     for the scripts besides; WITHOUT names what to leave out: blender, bpy,
+#                                     mitsuba, window
 #   scripts/setup.sh bench            what `run` needs and Mitsuba
 set -eu
 cd "$(dirname "$0")/.."
@@ -13,6 +14,7 @@ without=${2:-}
 bpy='bpy==4.5.15'
 bpy_python='sys.version_info[:2] == (3, 11)'
 bpy_libraries='libx11-6 libxrender1 libxfixes3 libxi6 libxkbcommon0 libxext6 libsm6 libice6 libgl1'
+window='xvfb libgl1-mesa-dri xdotool imagemagick'
 ruff='ruff==0.17.6'
 mitsuba='mitsuba==3.9.1'
 
@@ -108,6 +110,12 @@ install_mitsuba() {
             pip_install .tools/mitsuba "$mitsuba" && pip_install .tools/mitsuba numpy; }
 }
 
+# A display in memory, the software that draws on it, and what clicks and takes pictures.
+can_show() {
+    have Xvfb && have xdotool && have import &&
+        [ -n "$(find /usr/lib /usr/lib64 -name 'swrast_dri.so' -print -quit 2>/dev/null)" ]
+}
+
 setup_to_bench() {
     setup_to_run
     install_mitsuba || stop "no $mitsuba: it needs a Python with venv and a download by pip"
@@ -122,6 +130,8 @@ setup_to_test() {
         stop "no $bpy to test with, it needs $lacks; or make test WITHOUT=bpy"
     is_left_out mitsuba || install_mitsuba ||
         stop "no $mitsuba to test with: it needs a Python with venv; or make test WITHOUT=mitsuba"
+    is_left_out window || can_show || { apt_install $window && can_show; } ||
+        stop "no display to test the window with: apt install $window, or make test WITHOUT=window"
     [ "$(.tools/bin/ruff --version 2>/dev/null)" = "$(echo $ruff | sed 's/==/ /')" ] ||
         { make_venv .tools True python3-venv && pip_install .tools "$ruff"; } ||
         stop "no $ruff in .tools: it needs a Python with venv (on Debian: apt install python3-venv)"

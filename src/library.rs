@@ -126,8 +126,8 @@ impl Grain {
         }
         let diameter_um = (6.0 * solid.volume_um3() / std::f64::consts::PI).cbrt();
         let said_um = entry.diameter_um;
-        // NaN must not pass for agreement.
-        if !((diameter_um / said_um - 1.0).abs() <= DIAMETER) {
+        let agrees = (diameter_um / said_um - 1.0).abs() <= DIAMETER;
+        if !agrees {
             let problem = format!(
                 "its volume is that of a sphere of {diameter_um:.4} um, and {name}.json says \
                  {said_um} um: is its unit the micrometre?"
@@ -264,8 +264,8 @@ fn solid(path: &Path) -> Result<Solid, String> {
             .faces
             .extend(arities.iter().map(|&sides| corners.by_ref().take(sides as usize).collect()));
     }
-    match solid.vertices.iter().any(|v| !v.is_finite()) {
-        true => Err("a vertex is not finite".into()),
-        false => Ok(solid),
+    if solid.vertices.iter().any(|v| !v.is_finite()) {
+        return Err("a vertex is not finite".into());
     }
+    Ok(solid)
 }

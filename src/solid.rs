@@ -118,13 +118,6 @@ impl Solid {
 
     fn pieces(&self, triangles: &[Triangle]) -> Option<String> {
         let mut part: Vec<usize> = (0..self.vertices.len()).collect();
-        fn root(part: &mut [usize], mut at: usize) -> usize {
-            while part[at] != at {
-                part[at] = part[part[at]];
-                at = part[at];
-            }
-            at
-        }
         for Triangle { corners: [a, b, c], .. } in triangles {
             let a = root(&mut part, *a);
             for other in [b, c] {
@@ -207,6 +200,15 @@ impl Solid {
     }
 }
 
+/// The corner that stands for all that hang together with one.
+fn root(part: &mut [usize], mut at: usize) -> usize {
+    while part[at] != at {
+        part[at] = part[part[at]];
+        at = part[at];
+    }
+    at
+}
+
 /// Whether a segment crosses the inside of a triangle.
 fn pierces(tail: DVec3, head: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
     let (along, u, v, s) = (head - tail, b - a, c - a, tail - a);
@@ -226,7 +228,7 @@ mod tests {
 
     /// A cube of side 100 about the origin, of triangles facing outward, its corners by bits.
     fn cube() -> Solid {
-        let bit = |i: usize, axis: usize| if i >> axis & 1 == 1 { 50.0 } else { -50.0 };
+        let bit = |i: usize, axis: usize| if (i >> axis) & 1 == 1 { 50.0 } else { -50.0 };
         let vertices = (0..8).map(|i| DVec3::new(bit(i, 0), bit(i, 1), bit(i, 2))).collect();
         let faces =
             [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];

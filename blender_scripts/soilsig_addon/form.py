@@ -72,7 +72,8 @@ class Check(OnGrain):
         form = about["descriptors"]
         o.soilsig.report = "\n".join(
             (
-                "closed, outward, one piece, convex",
+                "closed, outward, one piece",
+                "convex, not through itself",
                 f"diameter {about['diameter_um']:.1f} um",
                 f"L I S {', '.join(f'{x:.0f}' for x in about['feret_um'])} um",
                 f"elongation I/L {form['elongation']:.3f}",

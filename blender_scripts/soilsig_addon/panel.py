@@ -26,9 +26,8 @@ class ImagePanel(_Section, bpy.types.Panel):
             layout.prop(settings, "pixels_per_um")
         else:
             layout.prop(settings, "bar_um")
-            row = layout.row(align=True)
-            row.prop(settings, "bar_pixels")
-            row.operator(reference.MeasureBar.bl_idname, text="Find")
+            layout.prop(settings, "bar_pixels")
+            layout.operator(reference.MeasureBar.bl_idname, icon="ARROW_LEFTRIGHT")
 
 
 class StartPanel(_Section, bpy.types.Panel):
@@ -58,9 +57,8 @@ class FormPanel(_Section, bpy.types.Panel):
         settings, layout = context.scene.soilsig, self.layout
         o = objects.grain(context)
         layout.label(text=o.name if o else "No grain is active", icon="MESH_DATA")
-        row = layout.row(align=True)
-        row.prop(settings, "diameter_um")
-        row.operator(form.Normalise.bl_idname, text="", icon="FULLSCREEN_EXIT")
+        layout.prop(settings, "diameter_um")
+        layout.operator(form.Normalise.bl_idname, icon="FULLSCREEN_EXIT")
         row = layout.row(align=True)
         row.operator(form.Check.bl_idname, icon="CHECKMARK")
         row.operator(form.Level.bl_idname)
@@ -83,7 +81,7 @@ class FinesPanel(_Section, bpy.types.Panel):
         layout.row().prop(settings, "fines_by", expand=True)
         layout.prop(settings, "fines_count" if settings.fines_by == "COUNT" else "fines_cover")
         row = layout.row(align=True)
-        row.operator(dress.Dress.bl_idname)
+        row.operator(dress.Dress.bl_idname, text="Dress")
         row.operator(dress.Undress.bl_idname, text="", icon="X")
         row.prop(settings, "live", toggle=True)
         words = context.scene.get("soilsig_cover", "")
@@ -109,9 +107,9 @@ class BedPanel(_Section, bpy.types.Panel):
     def draw(self, context):
         settings, layout = context.scene.soilsig, self.layout
         row = layout.row(align=True)
-        row.prop(settings, "handful")
-        row.operator(keep.DropHandful.bl_idname, icon="PHYSICS")
-        layout.prop(settings, "bed_count")
+        row.prop(settings, "handful", text="Grains")
+        row.operator(keep.DropHandful.bl_idname, text="Drop", icon="PHYSICS")
+        layout.prop(settings, "bed_count", text="Grains of the scene")
         layout.operator(keep.ExportScene.bl_idname, icon="EXPORT")
 
 

@@ -4,6 +4,8 @@ Which points make a triangle is decided for points shaken by a millionth of the 
 four of them lie in one plane; the corners of the hull are the points as they came.
 """
 
+from collections import Counter
+
 import numpy as np
 
 from .polyhedron import Polyhedron, heights
@@ -22,11 +24,35 @@ def hull_of(points) -> Polyhedron:
     if len(points) < 4:
         raise ValueError("there are fewer than four points")
     size = np.ptp(points, axis=0).max()
-    number = np.arange(len(points))[:, None]
-    # Even over the cube; squares, since equal steps would shake points in a row as a row.
-    shake = (number**2 * np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])) % 1
-    triangles = _triangles(points + _SHAKE * size * (shake - 0.5), size)
-    return _joined(points, triangles, FLATNESS * size)
+    while True:
+        triangles = _triangles(points + _SHAKE * size * _shaking(len(points)), size)
+        loops = _joined(points, triangles, FLATNESS * size)
+        needless = _needless(points, loops, FLATNESS * size)
+        if not needless:
+            return _polyhedron(points, loops)
+        points = np.delete(points, needless, axis=0)
+
+
+def _shaking(count):
+    """Even over a cube; by squares, since equal steps would shake points in a row as a row."""
+    steps = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
+    return (np.arange(count)[:, None] ** 2 * steps) % 1 - 0.5
+
+
+def _needless(points, loops, flat):
+    """Corners within an edge of two facets, and of facets without breadth all but the ends."""
+    facets = Counter(corner for loop in loops for corner in loop)
+    found = {corner for corner, count in facets.items() if count < 3}
+    for loop in loops:
+        corners = points[list(loop)]
+        apart = np.linalg.norm(corners[:, None] - corners, axis=2)
+        one, two = np.unravel_index(np.argmax(apart), apart.shape)
+        along = (corners[two] - corners[one]) / apart[one, two]
+        off = corners - corners[one]
+        off = off - np.outer(heights(off, along), along)
+        if np.linalg.norm(off, axis=1).max() <= flat:
+            found.update(c for i, c in enumerate(loop) if i not in (one, two))
+    return sorted(found)
 
 
 def depth_below(body, points):
@@ -81,7 +107,7 @@ def _planes(points, faces):
 
 
 def _joined(points, triangles, flat):
-    """The triangles as a polyhedron, those that lie flat with a larger one being of its facet."""
+    """The facets: triangles that lie flat with a larger one are of its facet."""
     a, b, c = (points[triangles[:, i]] for i in range(3))
     crosses = np.cross(b - a, c - a)
     areas = np.linalg.norm(crosses, axis=1)
@@ -112,7 +138,7 @@ def _joined(points, triangles, flat):
             region, loop = {seed}, triangles[seed].tolist()
         free[list(region)] = False
         loops.append(loop)
-    return _polyhedron(points, sorted(_from_least(loop) for loop in loops))
+    return sorted(_from_least(loop) for loop in loops)
 
 
 def _rim(triangles, region):

@@ -6,6 +6,8 @@ tilt of the steep facets takes off the corners of the outline is measured as IoU
 until it is little.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from .descriptors import outline as convex_outline
@@ -24,6 +26,10 @@ _TILT = 0.35
 _RIM = 0.3
 # Fractures steeper than this (z of the normal) are left to the facets along the outline.
 _STEEP = 0.35
+# So many fractures more than the shape has make up for those, and each goes up to this share deeper
+# than the inflated hull.
+_MORE = 6
+_DEEPER = 0.1
 
 
 def model(silhouette: Silhouette, um_per_pixel, thickness, shape, rng):
@@ -35,15 +41,15 @@ def model(silhouette: Silhouette, um_per_pixel, thickness, shape, rng):
     middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
     normals, offsets = _sides(corners - middle)
     half = 0.5 * thickness * _breadth(corners)
-    fans, _ = fractures(shape, rng)
+    fans, _ = fractures(replace(shape, fractures=shape.fractures + _MORE), rng)
     fans = fans[np.abs(fans[:, 2]) > _STEEP]
     sign = np.where(rng.random(len(normals)) < 0.5, -1.0, 1.0)
     tilt = sign * _TILT * (0.3 + 0.7 * rng.random(len(normals)))
+    inflated = np.hypot((fans[:, :2] @ (corners - middle).T).max(axis=1), half * fans[:, 2])
+    inflated *= 1 - _DEEPER * rng.random(len(fans))
     # Fractures of one side alone would leave the other open.
     fans = np.vstack([fans, [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)]])
-    inflated = np.hypot((fans[:, :2] @ (corners - middle).T).max(axis=1), half * fans[:, 2]) * (
-        1 - 0.12 * rng.random(len(fans))
-    )
+    inflated = np.append(inflated, [half, half])
     best = 0.0
     for _ in range(6):
         steep = np.column_stack([normals, tilt])
@@ -61,7 +67,7 @@ def model(silhouette: Silhouette, um_per_pixel, thickness, shape, rng):
         best = max(best, reached)
         if reached >= LEAST_OVERLAP and cost <= _TILT_COST:
             return body.scaled(um_per_pixel), reached
-        tilt, inflated = tilt / 2, np.maximum(inflated, inflated * 0 + inflated * 1.02)
+        tilt = tilt / 2
     raise BedError(
         "scene",
         f"no body's silhouette overlaps the outline by {LEAST_OVERLAP} (IoU), the best does by "

@@ -38,7 +38,7 @@ def describe(body):
     """What a body measures, as the table of shapes has it."""
     reached = measure(body)
     return {
-        "diameter_um": round(equivalent_diameter(body.volume_and_centroid[0]), 6),
+        "diameter_um": round(equivalent_diameter(body.volume_and_centroid[0]), 4),
         "descriptors": reached,
         "roundness_class": roundness_class(reached["roundness"]),
         "feret_um": [round(x, 4) for x in feret_axes(body.vertices)[0].tolist()],
