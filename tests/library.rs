@@ -193,7 +193,8 @@ fn grains_of_ones_own_stand_for_their_size_class_and_their_content_makes_the_bed
         assert_eq!(drop["prototypes"][0]["facets"], 8);
 
         assert!(run(&place, &blender, &args).1, "the same grains are the same bed");
-        place.soilsig(&["replay", "r/run.json"]).assert().success();
+        let mut replay = place.soilsig(&["replay", "r/run.json"]);
+        replay.env("SOILSIG_BLENDER", &blender).assert().success();
 
         // Another place of the same files changes nothing, another grain does.
         fs::rename(&folder, place.path("moved")).expect("renamed");

@@ -1,9 +1,14 @@
 """The panel, in the order of the work."""
 
+import textwrap
+
 import bpy
 
 from . import dress, form, keep, objects, reference, start
 from .step import registration
+
+# Letters that fit into a line of the sidebar as it opens.
+_WIDTH = 26
 
 
 class _Section:
@@ -66,8 +71,9 @@ class FormPanel(_Section, bpy.types.Panel):
             box = layout.box().column(align=True)
             if o.soilsig.fingerprint and o.soilsig.fingerprint != form.fingerprint(o):
                 box.label(text="changed since this check:", icon="ERROR")
-            for line in o.soilsig.report.splitlines():
-                box.label(text=line)
+            for words in o.soilsig.report.splitlines():
+                for line in textwrap.wrap(words, _WIDTH):
+                    box.label(text=line)
         if o:
             layout.prop(o.soilsig, "size_class")
 
@@ -84,10 +90,8 @@ class FinesPanel(_Section, bpy.types.Panel):
         row.operator(dress.Dress.bl_idname, text="Dress")
         row.operator(dress.Undress.bl_idname, text="", icon="X")
         row.prop(settings, "live", toggle=True)
-        words = context.scene.get("soilsig_cover", "")
-        for line in words.replace(", ", ":").split(":"):
-            if line:
-                layout.label(text=line.strip())
+        for line in textwrap.wrap(context.scene.get("soilsig_cover", ""), _WIDTH):
+            layout.label(text=line)
 
 
 class LibraryPanel(_Section, bpy.types.Panel):

@@ -163,11 +163,13 @@ def buttons():
 def refused():
     """A corner pushed in by hand: the check shows where, and the library keeps what it has."""
     grain = bpy.data.objects["sem"]
+    bpy.data.objects["sem outline"].hide_set(True)
     with bpy.context.temp_override(**view()):
         for o in bpy.context.selected_objects:
             o.select_set(False)
         bpy.context.view_layer.objects.active = grain
         grain.select_set(True)
+        bpy.ops.soilsig.undress()
         bpy.ops.object.mode_set(mode="EDIT")
         bpy.ops.mesh.select_mode(type="VERT")
         bpy.ops.mesh.select_all(action="DESELECT")
@@ -183,6 +185,7 @@ def refused():
     yield 1.0
     with bpy.context.temp_override(**view()):
         bpy.ops.view3d.view_selected()
+        bpy.ops.view3d.zoom(delta=-4)
     selected = sum(face.select for face in grain.data.polygons)
     yield from done("refused", report=grain.soilsig.report, mode=grain.mode, selected=selected)
     with bpy.context.temp_override(**view()):
