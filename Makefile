@@ -2,7 +2,7 @@
 
 # What `make run` simulates: full, less, sparse, bare or all.
 COVERAGE = sparse
-# What `make test` leaves out, where it cannot be had: blender, bpy, mitsuba, readers.
+# What `make test` leaves out, where it cannot be had: blender, bpy, mitsuba, readers, window.
 WITHOUT =
 
 .PHONY: help run test lint setup bench intervals scale packings clean
@@ -21,6 +21,7 @@ test: ## lint, and run every test, in Blender and in Python's bpy
 	@$(MAKE) --no-print-directory lint
 	SOILSIG_TEST_BLENDER=$(if $(filter blender,$(WITHOUT)),none,$$(command -v blender)) \
 	SOILSIG_TEST_BPY=$(if $(filter bpy,$(WITHOUT)),none,$(CURDIR)/.venv/bin/python) \
+	SOILSIG_TEST_WINDOW=$(if $(filter window,$(WITHOUT)),none,$$(command -v Xvfb)) \
 	SOILSIG_TEST_MITSUBA=$(if $(filter mitsuba,$(WITHOUT)),none,$(CURDIR)/.tools/mitsuba/bin/python) \
 	SOILSIG_TEST_READERS=$(if $(filter readers,$(WITHOUT)),none,$(CURDIR)/.tools/readers/bin/python) \
 	cargo test --release

@@ -2,8 +2,9 @@
 # Installs what soilsig needs and this machine lacks; what it may not install it names in one line.
 #
 #   scripts/setup.sh run              a compiler, Rust, and a Blender with numpy
-#   scripts/setup.sh test [WITHOUT]   both kinds of Blender, Mitsuba, readers of our files and a linter for the
-#                                     scripts besides; WITHOUT names what to leave out: blender, bpy, mitsuba, readers
+#   scripts/setup.sh test [WITHOUT]   both kinds of Blender, Mitsuba, readers of our files, a display for Blender's
+#                                     window and a linter for the scripts besides; WITHOUT names what to leave
+#                                     out: blender, bpy, mitsuba, readers, window
 #   scripts/setup.sh bench            what `run` needs and Mitsuba
 set -eu
 cd "$(dirname "$0")/.."
@@ -13,6 +14,7 @@ without=${2:-}
 bpy='bpy==4.5.15'
 bpy_python='sys.version_info[:2] == (3, 11)'
 bpy_libraries='libx11-6 libxrender1 libxfixes3 libxi6 libxkbcommon0 libxext6 libsm6 libice6 libgl1'
+window='xvfb libgl1-mesa-dri xdotool imagemagick'
 ruff='ruff==0.17.6'
 mitsuba='mitsuba==3.9.1'
 readers='spectral==0.25 xarray==2026.9.0 scipy==1.17.1 pandas==3.1.1'
@@ -117,6 +119,12 @@ install_readers() {
     echo "$readers" >.tools/readers/installed
 }
 
+# A display in memory, the software that draws on it, and what clicks and takes pictures.
+can_show() {
+    have Xvfb && have xdotool && have import &&
+        [ -n "$(find /usr/lib /usr/lib64 -name 'swrast_dri.so' -print -quit 2>/dev/null)" ]
+}
+
 setup_to_bench() {
     setup_to_run
     install_mitsuba || stop "no $mitsuba: it needs a Python with venv and a download by pip"
@@ -133,6 +141,8 @@ setup_to_test() {
         stop "no $mitsuba to test with: it needs a Python with venv; or make test WITHOUT=mitsuba"
     is_left_out readers || install_readers ||
         stop "no $readers to test with: they need Python 3.11 with venv; or make test WITHOUT=readers"
+    is_left_out window || can_show || { apt_install $window && can_show; } ||
+        stop "no display to test the window with: apt install $window, or make test WITHOUT=window"
     [ "$(.tools/bin/ruff --version 2>/dev/null)" = "$(echo $ruff | sed 's/==/ /')" ] ||
         { make_venv .tools True python3-venv && pip_install .tools "$ruff"; } ||
         stop "no $ruff in .tools: it needs a Python with venv (on Debian: apt install python3-venv)"

@@ -1,6 +1,7 @@
 //! Beds of one recipe, a packing for each seed: from the cache, or dropped by as many Blenders side by
 //! side as there are threads.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,12 +13,16 @@ use serde::Serialize;
 use crate::blender::{self, Blender, Event, Job, Version};
 use crate::cache::{Cache, Made};
 use crate::error::Error;
+use crate::library::Library;
 use crate::output::{self, OutputError};
 use crate::progress::Step;
-use crate::scene::{Packing, Scene};
+use crate::scene::{Packing, Scene, SceneGeometry};
 
 /// Name of a stage in the cache.
 const STAGE: &str = "drop";
+
+/// Folder of the user's grains beside the recipe that Blender gets.
+const LIBRARY: &str = "library";
 
 /// What is to be dropped.
 pub struct Order<'a> {
@@ -27,6 +32,8 @@ pub struct Order<'a> {
     pub scene: &'a Scene,
     /// Its recipe.
     pub packing: &'a Packing,
+    /// The user's grains, if the recipe has any.
+    pub library: Option<&'a Library>,
     /// A seed for each packing.
     pub seeds: &'a [u64],
     /// Further files, of the first packing alone: `scene.glb`, `scene.blend`, `frames.json`, `patch.obj`.
@@ -39,6 +46,8 @@ pub struct Order<'a> {
 #[derive(Serialize)]
 struct MadeFrom<'a> {
     packing: Packing,
+    /// SHA-256 of the grains of the library.
+    library: Option<&'a BTreeMap<String, String>>,
     materials: Vec<&'a str>,
     blender: Version,
     python: &'a str,
@@ -96,7 +105,8 @@ impl Order<'_> {
 
     fn made_from(&self, packing: usize) -> MadeFrom<'_> {
         MadeFrom {
-            packing: Packing { seed: self.seeds[packing], ..self.packing.clone() },
+            packing: Packing { seed: self.seeds[packing], library: None, ..self.packing.clone() },
+            library: self.library.map(Library::sha256),
             materials: self.scene.materials.iter().map(|m| m.name.as_str()).collect(),
             blender: self.blender.version,
             python: &self.blender.python,
@@ -121,7 +131,14 @@ impl Order<'_> {
             move |source| Error::Cache(OutputError { path, source })
         };
         let recipe = scratch.path().join("recipe.json");
-        output::bytes(&recipe, &serde_json::to_vec(self.scene).expect("plain data"))?;
+        let mut scene = self.scene.clone();
+        if let (Some(library), SceneGeometry::Packing(packing)) =
+            (self.library, &mut scene.geometry)
+        {
+            library.copy_to(&scratch.path().join(LIBRARY))?;
+            packing.library = Some(LIBRARY.into());
+        }
+        output::bytes(&recipe, &serde_json::to_vec(&scene).expect("plain data"))?;
         let mut args: Vec<OsString> = vec!["--scene".into(), recipe.into()];
         for &packing in lot {
             args.extend(["--bed".into(), self.seeds[packing].to_string().into()]);

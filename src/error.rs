@@ -7,6 +7,7 @@ use crate::envi::EnviError;
 use crate::export::DirsigError;
 use crate::image::ImageError;
 use crate::ingest::IngestError;
+use crate::library::LibraryError;
 use crate::output::OutputError;
 use crate::picture::PictureError;
 use crate::plot::PlotError;
@@ -72,6 +73,15 @@ pub enum Error {
         /// The scene file.
         scene: PathBuf,
     },
+    /// Grains are given for a scene whose grains are placed already.
+    #[error("{}: grains are given, but the scene is placed: it has its own", scene.display())]
+    GrainsOfPlaced {
+        /// The scene file.
+        scene: PathBuf,
+    },
+    /// A grain of the user's cannot be used.
+    #[error(transparent)]
+    Library(#[from] LibraryError),
     /// An input of a recorded run is gone.
     #[error("an input of the recorded run: {0}")]
     Input(OutputError),
@@ -137,11 +147,13 @@ impl Error {
         match self {
             Self::Blender(error) => error.status(),
             Self::Output(_) | Self::Cache(_) | Self::Input(_) => Status::Files,
-            Self::Coverage { .. } | Self::OnePacking { .. } | Self::FieldOfPlaced { .. } => {
-                Status::Usage
-            }
+            Self::Coverage { .. }
+            | Self::OnePacking { .. }
+            | Self::FieldOfPlaced { .. }
+            | Self::GrainsOfPlaced { .. } => Status::Usage,
             Self::Scene(_)
             | Self::Ingest(_)
+            | Self::Library(_)
             | Self::Spectrum(_)
             | Self::Material { .. }
             | Self::Image(_)
@@ -167,6 +179,10 @@ impl Error {
             Self::Input(_) => Some("put it back where it was, or run the pipeline anew".into()),
             Self::Scene(error) => error.hint(),
             Self::Ingest(error) => error.hint(),
+            Self::Library(error) => error.hint(),
+            Self::GrainsOfPlaced { .. } => {
+                Some("give the recipe that it was dropped from, or leave --grains out".into())
+            }
             Self::Spectrum(error) | Self::Material { source: error, .. } => error.hint(),
             Self::Image(error) => error.hint(),
             Self::Dirsig(error) => error.hint(),

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | scene file, strict and documented | [`scene`] |
 //! | Blender models and drops the grains, once for each packing | [`beds`], [`blender`] |
-//! | bare grains, their descriptors and picture | [`grains`] |
+//! | bare grains, their descriptors and picture; grains of the user's own | [`grains`], [`library`] |
 //! | `.obj` and `.gltf` into meshes and instances | [`ingest`], [`geometry`] |
 //! | closest hits through two levels of bounding volumes | [`bvh`] |
 //! | backward paths into counts of what they hit | [`course`], [`tracer`], [`tally`] |
@@ -51,6 +51,7 @@ pub mod histogram;
 pub mod image;
 pub mod in_field;
 pub mod ingest;
+pub mod library;
 pub mod merge;
 pub mod optics;
 pub mod packings;
@@ -66,6 +67,7 @@ pub mod scene;
 mod section;
 pub mod shipped;
 pub mod signature;
+mod solid;
 pub mod spectrum;
 pub mod stop;
 pub mod stress;

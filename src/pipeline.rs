@@ -14,6 +14,7 @@ use crate::cache::{Cache, Made};
 use crate::course::Course;
 use crate::error::Error;
 use crate::ingest;
+use crate::library::{self, Library};
 use crate::output;
 use crate::picture;
 use crate::progress::Step;
@@ -50,6 +51,9 @@ pub enum Source {
 pub struct Options {
     /// The scene.
     pub source: Source,
+    /// The user's grains, in place of the shapes that are their size classes.
+    #[serde(default)]
+    pub grains: Option<PathBuf>,
     /// In place of the scene's seeds, of packing and rays both.
     pub seed: Option<u64>,
     /// How many packings are dropped.
@@ -168,6 +172,7 @@ impl Run<'_> {
                 packing.seed = seed;
             }
         }
+        let library = self.library(&mut scene, path)?;
         // Whatever is wrong with the spectra is known before Blender is started.
         let wavelengths_um = self.options.grid.wavelengths_um();
         let materials = trace::materials(&scene, path)?;
@@ -195,7 +200,7 @@ impl Run<'_> {
         let mut beds = match scene.geometry.clone() {
             SceneGeometry::Packing(packing) => {
                 self.record.seeds.insert(self.key("packing"), packing.seed);
-                self.drop(&scene, &packing, path)?
+                self.drop(&scene, &packing, library.as_ref(), path)?
             }
             SceneGeometry::Placed(_) if self.options.packings > 1 => {
                 return Err(Error::OnePacking { scene: path.to_owned() });
@@ -217,6 +222,25 @@ impl Run<'_> {
         let reached = report::reached(&tables, &bands, self.options.tolerance);
         self.record.reached.insert(scene.name, reached);
         Ok((tables, bands))
+    }
+
+    /// The user's grains of a packing; those of `--grains` take the place of the shapes that they are of.
+    fn library(&mut self, scene: &mut Scene, path: &Path) -> Result<Option<Library>, Error> {
+        let SceneGeometry::Packing(packing) = &mut scene.geometry else {
+            return match self.options.grains {
+                Some(_) => Err(Error::GrainsOfPlaced { scene: path.to_owned() }),
+                None => Ok(None),
+            };
+        };
+        if let Some(folder) = &self.options.grains {
+            library::stand_in(packing, folder)?;
+        }
+        let library = Library::of(packing, path.parent().unwrap_or(Path::new("")))?;
+        for file in library.iter().flat_map(Library::files) {
+            let sum = output::sha256_hex(&file)?;
+            self.record.inputs.insert(file.display().to_string(), sum);
+        }
+        Ok(library)
     }
 
     /// A name in the record, told apart where there are several scenes.
@@ -256,7 +280,13 @@ impl Run<'_> {
     }
 
     /// Blender's part: the beds as placed geometry, with the scene's own materials and view.
-    fn drop(&mut self, scene: &Scene, packing: &Packing, path: &Path) -> Result<Vec<Bed>, Error> {
+    fn drop(
+        &mut self,
+        scene: &Scene,
+        packing: &Packing,
+        library: Option<&Library>,
+        path: &Path,
+    ) -> Result<Vec<Bed>, Error> {
         let step = Step::new(&self.key("drop"));
         let blender = blender::find(self.options.blender.as_deref(), self.cache.blenders())?;
         if let Some(warning) = blender.warning() {
@@ -284,6 +314,7 @@ impl Run<'_> {
             blender: &blender,
             scene,
             packing,
+            library,
             seeds: &seeds,
             of_first: &extra,
             time_limit: Duration::from_secs(self.options.blender_timeout_s),

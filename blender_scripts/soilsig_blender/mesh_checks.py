@@ -8,10 +8,14 @@ from .errors import BedError
 _ROUNDING = 1e-9
 
 
-def check(body, name):
+def check(body, name, rounding=_ROUNDING):
     """Raises `BedError` where the body is not a convex polyhedron that faces outward."""
     fault = (
-        _not_finite(body) or _open(body) or _not_outward(body) or _not_convex(body) or _torn(body)
+        _not_finite(body)
+        or _open(body)
+        or _not_outward(body)
+        or _not_convex(body, rounding)
+        or _torn(body)
     )
     if fault:
         raise BedError(
@@ -48,9 +52,9 @@ def _not_outward(body):
     return None
 
 
-def _not_convex(body):
+def _not_convex(body, rounding):
     """With every corner behind every plane no facet can pass through another."""
-    allowed = _ROUNDING * np.ptp(body.vertices, axis=0).max()
+    allowed = rounding * np.ptp(body.vertices, axis=0).max()
     before = (body.vertices @ body.normals.T - body.offsets).max(axis=0)
     worst = int(np.argmax(before))
     if before[worst] > allowed:

@@ -7,8 +7,10 @@ import numpy as np
 from .cover import Cover
 from .dust import Dust, FineClass, dress, seated_on_base
 from .hull import reduced_hull
+from .library import load, normalised
 from .polyhedron import Polyhedron, volume_and_centroid
 from .randomness import stream
+from .recipe import variant_count
 from .shapes import SHAPES, measure, model
 
 # Different fines of one class; each is seated many times, turned at random.
@@ -58,19 +60,25 @@ def model_fines(packing):
             fine["diameter_um"],
             fine["material"],
             fine["share"],
-            tuple(
-                seated_on_base(
-                    model(
-                        SHAPES[fine["shape"]],
-                        fine["diameter_um"],
-                        stream(packing["seed"], "shape", fine["name"], i),
-                    )
-                )
-                for i in range(_FINE_BODIES)
-            ),
+            tuple(seated_on_base(_body(fine, i, packing)) for i in range(_FINE_BODIES)),
         )
         for fine in packing["fines"]
     )
+
+
+def _body(entry, variant, packing):
+    """A variant of a class of grains or fines: modelled, or out of the library."""
+    name = library_grain(entry, variant)
+    if name is not None:
+        return normalised(load(packing["library"], name), entry["diameter_um"])
+    rng = stream(packing["seed"], "shape", entry["name"], variant)
+    return model(SHAPES[entry["shape"]], entry["diameter_um"], rng)
+
+
+def library_grain(entry, variant):
+    """The grain of the library that a variant of a class is, or None."""
+    shape = entry["shape"]
+    return shape["library"][variant % len(shape["library"])] if isinstance(shape, dict) else None
 
 
 def variants(packing):
@@ -78,19 +86,17 @@ def variants(packing):
     return [
         (grain, variant)
         for grain in packing["grains"]
-        for variant in range(min(packing["variants"], grain["count"]))
+        for variant in range(variant_count(packing, grain))
     ]
 
 
 def build(grain_class, variant, fines, packing) -> Prototype:
     """Models one variant of a grain class and dresses it."""
     name, seed = f"{grain_class['name']}_{variant}", packing["seed"]
-    shape = SHAPES[grain_class["shape"]]
-    rng = stream(seed, "shape", grain_class["name"], variant)
-    grain = model(shape, grain_class["diameter_um"], rng)
+    grain = _body(grain_class, variant, packing)
     dust, cover = dress(grain, fines, grain_class["fines"], packing["dust"], seed, name)
     core = Surface(grain_class["material"], grain.vertices, grain.triangles)
-    coats = _coats(fines, dust)
+    coats = coats_of(fines, dust)
     parts = [volume_and_centroid(s.vertices, s.triangles) for s in (core, *coats)]
     volume = sum(v for v, _ in parts)
     centre = sum(v * c for v, c in parts) / volume
@@ -115,7 +121,8 @@ def build(grain_class, variant, fines, packing) -> Prototype:
     )
 
 
-def _coats(fines, dust):
+def coats_of(fines, dust):
+    """The surfaces of a grain's fines, one for each material."""
     coats = []
     for material in dict.fromkeys(fine.material for fine in fines):
         vertices, triangles, count = [], [], 0
@@ -134,13 +141,17 @@ def _coats(fines, dust):
 
 def describe(prototype):
     """The prototype's entry in drop.json."""
-    grain_class, shape = prototype.grain_class, SHAPES[prototype.grain_class["shape"]]
+    grain_class = prototype.grain_class
     reached = measure(prototype.grain)
+    # Of a grain out of a library nothing is asked.
+    shape = SHAPES.get(grain_class["shape"]) if isinstance(grain_class["shape"], str) else None
+    asked = shape.asked if shape else dict.fromkeys(reached)
+    variant = int(prototype.name.rpartition("_")[2])
     kinds = np.bincount(prototype.dust.kind, minlength=len(prototype.fines))
     return {
         "name": prototype.name,
         "class": grain_class["name"],
-        "shape": grain_class["shape"],
+        "shape": grain_class["shape"] if shape else library_grain(grain_class, variant),
         "diameter_um": grain_class["diameter_um"],
         "volume_um3": prototype.volume_um3,
         "triangles": prototype.triangle_count,
@@ -152,6 +163,6 @@ def describe(prototype):
         },
         "layers": np.bincount(prototype.dust.layer)[1:].tolist(),
         "facets": len(prototype.grain.facets),
-        "edge_radius_um": shape.edge_radius * grain_class["diameter_um"],
-        **{name: {"asked": asked, "reached": reached[name]} for name, asked in shape.asked.items()},
+        "edge_radius_um": shape.edge_radius * grain_class["diameter_um"] if shape else None,
+        **{name: {"asked": asked[name], "reached": value} for name, value in reached.items()},
     }

@@ -2,9 +2,11 @@
 
 import json
 import math
+import os
 import re
 
 from .errors import BedError, RecipeError
+from .library import NAME
 from .shapes import SHAPES
 
 # Blender cuts longer names off; white space and '#' would break the .obj.
@@ -37,22 +39,35 @@ def load(path):
         )
     materials = {m.get("name") for m in scene.get("materials", []) if isinstance(m, dict)}
     packing = geometry["packing"]
+    packing.setdefault("library", None)
     _check_packing(packing, materials)
+    if packing["library"] is not None:
+        packing["library"] = os.path.join(os.path.dirname(path), packing["library"])
     return scene, packing
+
+
+def variant_count(packing, grain):
+    """How many different grains of a class are modelled: of a library each once at least, but no
+    more than are dropped."""
+    shape = grain["shape"]
+    wanted = max(packing["variants"], len(shape["library"]) if isinstance(shape, dict) else 0)
+    return min(wanted, grain["count"])
 
 
 def _check_packing(packing, materials):
     where = "geometry.packing"
-    keys = "seed grains fines dust variants tray_um crop_um floor_material drop"
+    keys = "seed library grains fines dust variants tray_um crop_um floor_material drop"
     _keys(packing, where, keys)
     _integer(packing, where, "seed", 0)
     _integer(packing, where, "variants", 1, 1000)
     _number(packing, where, "crop_um", 0)
     _one_of(packing, where, "floor_material", materials)
+    if not isinstance(packing["library"], (str, type(None))):
+        raise RecipeError(f"{where}.library", "is not a folder", "name a folder of grains")
     for i, grain in enumerate(_list(packing, where, "grains")):
         at = f"{where}.grains[{i}]"
         _keys(grain, at, "name shape diameter_um material count fines")
-        _common(grain, at, materials)
+        _common(grain, at, materials, packing)
         _integer(grain, at, "count", 0, 100_000)
         _check_fines_of(grain, at)
         if wants_fines(grain) and not packing["fines"]:
@@ -66,7 +81,7 @@ def _check_packing(packing, materials):
     for i, fine in enumerate(_list(packing, where, "fines")):
         at = f"{where}.fines[{i}]"
         _keys(fine, at, "name shape diameter_um material share")
-        _common(fine, at, materials)
+        _common(fine, at, materials, packing)
         _number(fine, at, "share", 0)
     shares = sum(fine["share"] for fine in packing["fines"])
     if packing["fines"] and abs(shares - 1) > 1e-6:
@@ -116,9 +131,8 @@ def _check_names(packing, where):
     ]
     variants = [
         (at, f"{name}_{v}")
-        for at, name in names
-        if ".grains" in at
-        for v in range(packing["variants"])
+        for (at, name), grain in zip(names, packing["grains"])
+        for v in range(variant_count(packing, grain))
     ]
     for at, name in names + variants:
         if seen.setdefault(name, at) != at:
@@ -148,17 +162,35 @@ def _check_tray(packing, where):
         )
 
 
-def _common(entry, at, materials):
+def _common(entry, at, materials, packing):
     name = entry["name"]
     if not (isinstance(name, str) and _NAME.fullmatch(name)):
         raise RecipeError(
             f"{at}.name", f"is {name!r}", "give up to 40 characters without white space or '#'"
         )
-    _one_of(entry, at, "shape", SHAPES)
+    if isinstance(entry["shape"], dict):
+        _check_library(entry["shape"], f"{at}.shape", packing)
+    else:
+        _one_of(entry, at, "shape", SHAPES)
     _one_of(entry, at, "material", materials)
     _number(entry, at, "diameter_um", 0)
     if entry["diameter_um"] == 0:
         raise RecipeError(f"{at}.diameter_um", "is 0", "give a length above 0")
+
+
+def _check_library(shape, at, packing):
+    _keys(shape, at, "library")
+    if not _list(shape, at, "library"):
+        raise RecipeError(f"{at}.library", "names no grain", "name those that the class has")
+    for i, name in enumerate(shape["library"]):
+        if not (isinstance(name, str) and NAME.fullmatch(name)):
+            raise RecipeError(
+                f"{at}.library[{i}]",
+                f"is {name!r}",
+                "give the name of a grain: up to 40 letters, digits, _ and -",
+            )
+    if packing["library"] is None:
+        raise RecipeError(at, "is of a library, but there is none", "name its folder in library")
 
 
 def _keys(entry, at, expected):

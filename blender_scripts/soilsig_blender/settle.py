@@ -14,6 +14,7 @@ import numpy as np
 from . import contact
 from .errors import RecipeError
 from .randomness import shuffled, stream
+from .recipe import variant_count
 
 _FRAME_RATE = 24  # Blender's own
 _EARTH_M_S2 = 9.81
@@ -98,7 +99,7 @@ def _which(packing, rng):
     first = 0
     for grain in packing["grains"]:
         count = grain["count"]
-        variants = min(packing["variants"], count)
+        variants = variant_count(packing, grain)
         chosen.append(first + np.arange(count) % max(variants, 1))
         # Spread evenly over the bed rather than at random: the classes on top decide what is seen.
         place.append((np.arange(count) + rng.random(count)) / max(count, 1))

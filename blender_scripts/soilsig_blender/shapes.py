@@ -83,7 +83,7 @@ def model(shape, diameter, rng) -> Polyhedron:
     Its L, I and S lie along x, y and z.
     """
     for _ in range(_ATTEMPTS):
-        body = _formed(intersect(*_fractures(shape, rng)), shape)
+        body = _formed(intersect(*fractures(shape, rng)), shape)
         if shape.edge_radius > 0:
             body = _formed(_with_worn_arrises(body, shape.edge_radius), shape)
         reached = measure(body)
@@ -110,7 +110,7 @@ def measure(body):
     }
 
 
-def _fractures(shape, rng):
+def fractures(shape, rng):
     """Planes of the fans: normals and distances from the centre."""
     count = shape.fractures
     normals = fibonacci(count) + _SCATTER * (2 * rng.random((count, 3)) - 1)

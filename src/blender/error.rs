@@ -72,6 +72,14 @@ pub enum BlenderError {
         /// Everything that Blender said, where it is kept.
         log: Option<PathBuf>,
     },
+    /// Blender has no window, or could not open it.
+    #[error("{} opens no window: {reason}", path.display())]
+    NoWindow {
+        /// The Blender.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
     /// The bed that came out of the drop is not to be trusted.
     #[error("the bed is refused: {message}")]
     Refused {
@@ -94,7 +102,9 @@ impl BlenderError {
     /// The program's exit status.
     pub fn status(&self) -> Status {
         match self {
-            Self::Missing { .. } | Self::Unusable { .. } => Status::BlenderMissing,
+            Self::Missing { .. } | Self::Unusable { .. } | Self::NoWindow { .. } => {
+                Status::BlenderMissing
+            }
             Self::Unsupported { .. } => Status::BlenderVersion,
             Self::NumpyMissing { .. } => Status::BlenderNumpy,
             Self::Script { .. } => Status::BlenderScript,
@@ -130,6 +140,10 @@ impl BlenderError {
                 "the system may have run out of memory: ask for fewer grains"
             }
             Self::Crash { .. } => "try again, or another Blender by --blender",
+            Self::NoWindow { .. } => {
+                "name a blender executable by --blender, and start it where there is a display; \
+                 without one the scripts still run: `soilsig pipeline`"
+            }
             Self::Timeout { log: None, .. } => "start it by hand to see what holds it up",
             Self::Timeout { .. } => "allow more seconds by --blender-timeout",
             Self::Script { remedy, .. } | Self::Refused { remedy, .. } => {

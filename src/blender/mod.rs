@@ -13,6 +13,7 @@ mod process;
 mod run;
 mod scripts;
 mod version;
+mod window;
 
 use std::path::PathBuf;
 
@@ -24,6 +25,7 @@ pub use find::{Attempt, Outcome, Search, VARIABLE, find};
 pub use run::{Finished, Job};
 pub use scripts::{SCRIPTS, sha256 as scripts_sha256};
 pub use version::Version;
+pub use window::write_addon;
 
 /// How a Blender is started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

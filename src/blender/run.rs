@@ -164,7 +164,30 @@ impl Scratch {
         process::clean_environment(&mut command, self.0.path());
         command
     }
+
+    /// The command that opens a window with the user's own preferences and runs a script; the script's own
+    /// arguments follow.
+    pub(super) fn window(&self, path: &Path, more: &[OsString], script: &str) -> Command {
+        let mut command = process::tied_to_this_process(path);
+        command.args(more).args(["--python-exit-code", "13", "--python"]);
+        command.arg(self.scripts().join(script)).arg("--");
+        process::clean_environment(&mut command, self.0.path());
+        // What is saved on its own is to outlive the window.
+        command.env_remove("TMPDIR");
+        command.envs(DISPLAY.iter().filter_map(|name| Some((name, std::env::var_os(name)?))));
+        command
+    }
 }
+
+/// Where a window finds its display.
+const DISPLAY: [&str; 6] = [
+    "DISPLAY",
+    "WAYLAND_DISPLAY",
+    "XAUTHORITY",
+    "XDG_RUNTIME_DIR",
+    "XDG_SESSION_TYPE",
+    "LIBGL_ALWAYS_SOFTWARE",
+];
 
 /// Supervises a command, its events split off and all else in a log. The outer error is that of
 /// the log, the inner one that of the start.

@@ -10,6 +10,7 @@ use crate::beds::Order;
 use crate::blender::Blender;
 use crate::cache::Cache;
 use crate::error::Error;
+use crate::library::Library;
 use crate::packings::Estimate;
 use crate::progress::Step;
 use crate::random;
@@ -102,7 +103,7 @@ pub fn packings(
     let shipped = pool("as given", most, &|_| ())?;
     put("as given", &shipped, &bands);
     let share = silhouette(&shipped.tables[0]);
-    for (level, factor) in [("half as wide a tray", 0.25), ("twice as wide a tray", 4.0)] {
+    for (level, factor) in [("half the tray", 0.5), ("twice the tray", 2.0)] {
         let beds = if factor > 1.0 { fewest } else { most };
         let scaled = pool(level, beds, &|packing| widen(packing, factor))?;
         put(level, &scaled, &bands);
@@ -186,6 +187,7 @@ impl Maker<'_> {
         edit(&mut packing);
         let geometry = SceneGeometry::Packing(packing.clone());
         let scene = Scene { geometry, ..scene.clone() };
+        let library = Library::of(&packing, path.parent().unwrap_or(Path::new("")))?;
         let seeds: Vec<u64> = (0..beds).map(|i| random::seed_of(seed, i)).collect();
         let folder = tempfile::tempdir()
             .map_err(|source| crate::output::OutputError { path: std::env::temp_dir(), source })?;
@@ -194,6 +196,7 @@ impl Maker<'_> {
             blender: self.blender,
             scene: &scene,
             packing: &packing,
+            library: library.as_ref(),
             seeds: &seeds,
             of_first: &[],
             time_limit: self.time_limit,

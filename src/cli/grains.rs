@@ -1,16 +1,20 @@
-//! `soilsig grains`: the shapes without dust, measured and drawn.
+//! `soilsig grains`: the shapes without dust, measured and drawn; grains of the user's own, checked.
 
 use std::path::PathBuf;
 
 use soilsig::cache::Cache;
-use soilsig::error::Error;
+use soilsig::error::Status;
 use soilsig::grains::{self, Options};
+use soilsig::library::{self, Grain, LibraryError};
 
-use super::{InBlender, print, utf8_path};
+use super::{InBlender, Outcome, print, utf8_path};
 
 /// Models bare grains of every shape and measures them against what is asked of the shape
 #[derive(clap::Args)]
+#[command(args_conflicts_with_subcommands = true)]
 pub struct Args {
+    #[command(subcommand)]
+    command: Option<Command>,
     /// Folder for the table, the bodies and their picture
     #[arg(long, short, value_name = "FOLDER", default_value = "out/grains", value_parser = utf8_path())]
     out: PathBuf,
@@ -27,7 +31,20 @@ pub struct Args {
     json: bool,
 }
 
-pub fn run(args: &Args, cache: &Cache) -> Result<(), Error> {
+#[derive(clap::Subcommand)]
+enum Command {
+    /// Checks a folder of your own grains, without Blender: closed, outward, not through itself, one piece,
+    /// convex, in micrometres, of a known size class
+    Check {
+        /// The folder
+        folder: PathBuf,
+    },
+}
+
+pub fn run(args: &Args, cache: &Cache) -> Outcome {
+    if let Some(Command::Check { folder }) = &args.command {
+        return check(folder);
+    }
     let options = Options {
         seed: args.seed,
         variants: args.variants,
@@ -36,8 +53,31 @@ pub fn run(args: &Args, cache: &Cache) -> Result<(), Error> {
     };
     let report = args.in_blender.run(cache, |cache| grains::make(&options, &args.out, cache))?;
     if args.json {
-        print(&format!("{}\n", serde_json::to_string_pretty(&report).expect("plain data")))
+        print(&format!("{}\n", serde_json::to_string_pretty(&report).expect("plain data")))?;
     } else {
-        print(&format!("{}picture: {}\n", report.words(), args.out.join("grains.png").display()))
+        let picture = args.out.join("grains.png");
+        print(&format!("{}picture: {}\n", report.words(), picture.display()))?;
     }
+    Ok(None)
+}
+
+/// Says of every grain what it is, or what is wrong with it.
+fn check(folder: &std::path::Path) -> Outcome {
+    let mut refused = false;
+    for name in library::names(folder)? {
+        match Grain::read(folder, &name) {
+            Ok(grain) => print(&format!(
+                "{name}: {}, {:.1} um, {} faces: sound\n",
+                grain.size_class.name(),
+                grain.diameter_um,
+                grain.faces
+            ))?,
+            Err(LibraryError::Refused { problem, .. }) => {
+                refused = true;
+                print(&format!("{name}: refused: {problem}\n"))?;
+            }
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(refused.then_some(Status::Input))
 }

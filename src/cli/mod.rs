@@ -1,5 +1,6 @@
 //! The command line: one file for each subcommand, and what they share.
 
+mod blender;
 mod chart;
 mod completions;
 mod doctor;
@@ -56,6 +57,7 @@ enum Command {
     Export(export::Args),
     Import(import::Args),
     Grains(grains::Args),
+    Blender(blender::Args),
     Spectra(spectra::Args),
     Picture(picture::Args),
     Chart(chart::Args),
@@ -278,7 +280,8 @@ pub fn run() -> ExitCode {
         Command::Image(args) => image::run(args),
         Command::Export(args) => export::run(args).map(|()| None),
         Command::Import(args) => import::run(args).map(|()| None),
-        Command::Grains(args) => grains::run(args, &cache).map(|()| None),
+        Command::Grains(args) => grains::run(args, &cache),
+        Command::Blender(args) => blender::run(args, &cache).map(|()| None),
         Command::Picture(args) => picture::run(args).map(|()| None),
         Command::Chart(args) => chart::run(args, &cache).map(|()| None),
         Command::Stress(args) => stress::run(args, &cache).map(|()| None),

@@ -18,6 +18,9 @@ pub struct Args {
     /// Folder for the result [default: out/COVERAGE or out/NAME-OF-THE-SCENE-FILE]
     #[arg(long, short, value_name = "FOLDER", value_parser = utf8_path())]
     out: Option<PathBuf>,
+    /// Folder of your own grains: each shape gives way to the grains whose size class it is
+    #[arg(long, value_name = "FOLDER", value_parser = utf8_path())]
+    grains: Option<PathBuf>,
     /// Seed of shapes, dust, drop and rays, in place of the scene's
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -73,6 +76,7 @@ pub fn run(args: &Args, cache: &Cache) -> Outcome {
     };
     let options = Options {
         source,
+        grains: args.grains.as_ref().map(|path| std::path::absolute(path).unwrap_or(path.clone())),
         seed: args.seed,
         packings: args.packings.into(),
         field: args.field,

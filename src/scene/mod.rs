@@ -19,7 +19,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use check::{Checked, need, temperature, unique};
-pub use packing::{Collision, Cover, Drop, Dust, FineClass, Fines, GrainClass, Packing, Shape};
+pub use packing::{
+    Collision, Cover, Drop, Dust, FineClass, Fines, FromLibrary, GrainClass, Packing, Shape,
+    ShapeSource,
+};
 pub use placed::{Domain, Floor, Instance, Placed, Prototype, Sides, UpAxis};
 pub use sensor::{Noise, Optics, Sensor, SensorBands};
 pub use sky::{Sky, SkyPoint, SkyRadiance};

@@ -1,5 +1,7 @@
 //! A recipe for a bed, which Blender carries out.
 
+use std::path::PathBuf;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +17,9 @@ const MOST: u32 = 100_000;
 pub struct Packing {
     /// Seed of shapes, dust and drop.
     pub seed: u64,
+    /// Folder of grains of the user's own, relative to the scene file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub library: Option<PathBuf>,
     /// The classes of grains, any number of them.
     pub grains: Vec<GrainClass>,
     /// The classes of fines, any number of them; none for bare grains.
@@ -38,7 +43,9 @@ pub struct Packing {
 }
 
 /// The five quartz shapes modelled after SEM images; each can have any diameter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 pub enum Shape {
     /// A fresh splinter, the most elongated.
     #[serde(rename = "fine_35")]
@@ -57,15 +64,49 @@ pub enum Shape {
     Grain853,
 }
 
+impl Shape {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fine35 => "fine_35",
+            Self::Fine60 => "fine_60",
+            Self::Grain500 => "grain_500",
+            Self::Grain640 => "grain_640",
+            Self::Grain853 => "grain_853",
+        }
+    }
+}
+
+/// Where the bodies of a class come from.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "a shape is one of fine_35, fine_60, grain_500, grain_640, grain_853, or {\"library\": [names of grains]}"
+)]
+pub enum ShapeSource {
+    /// One of the modelled shapes.
+    Modelled(Shape),
+    /// Grains of the library.
+    Library(FromLibrary),
+}
+
+/// Grains of the packing's library, in turn.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FromLibrary {
+    /// Their names, those of their files.
+    pub library: Vec<String>,
+}
+
 /// One class of grains.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GrainClass {
     /// The class's name; its prototypes are called NAME_0, NAME_1, ...
     pub name: String,
-    /// Which of the modelled shapes.
-    pub shape: Shape,
-    /// Diameter of the sphere of equal volume, um.
+    /// One of the modelled shapes, or grains of the library.
+    pub shape: ShapeSource,
+    /// Diameter of the sphere of equal volume, um; bodies are scaled to it.
     pub diameter_um: f64,
     /// The grain's material.
     pub material: String,
@@ -128,9 +169,9 @@ impl Default for Dust {
 pub struct FineClass {
     /// The class's name.
     pub name: String,
-    /// Which of the modelled shapes.
-    pub shape: Shape,
-    /// Diameter of the sphere of equal volume, um.
+    /// One of the modelled shapes, or grains of the library.
+    pub shape: ShapeSource,
+    /// Diameter of the sphere of equal volume, um; bodies are scaled to it.
     pub diameter_um: f64,
     /// The fine's material.
     pub material: String,
@@ -185,6 +226,19 @@ impl Default for Drop {
 }
 
 impl Packing {
+    /// The shapes of all classes, with their places in the scene file.
+    pub fn shapes(&self) -> impl Iterator<Item = (String, &ShapeSource)> {
+        let grains = self.grains.iter().map(|class| ("grains", &class.shape)).enumerate();
+        let fines = self.fines.iter().map(|class| ("fines", &class.shape)).enumerate();
+        grains.chain(fines).map(|(i, (kind, shape))| (format!("{kind}[{i}].shape"), shape))
+    }
+
+    /// The same, to be changed.
+    pub fn shapes_mut(&mut self) -> impl Iterator<Item = &mut ShapeSource> {
+        let grains = self.grains.iter_mut().map(|class| &mut class.shape);
+        grains.chain(self.fines.iter_mut().map(|class| &mut class.shape))
+    }
+
     /// What is wrong with it, in a scene of these materials.
     pub(super) fn check(&self, materials: &[Material]) -> Checked {
         let at = |key: &str| format!("geometry.packing.{key}");
@@ -192,6 +246,14 @@ impl Packing {
             self.grains.iter().map(|g| &*g.name).chain(self.fines.iter().map(|f| &*f.name)),
             &at("grains"),
         )?;
+        for (place, shape) in self.shapes() {
+            if let ShapeSource::Library(FromLibrary { library }) = shape {
+                need(self.library.is_some(), &at("library"), || {
+                    format!("is not given, and {place} asks for grains of it")
+                })?;
+                need(!library.is_empty(), &at(&place), || "names no grain".into())?;
+            }
+        }
         for (i, grain) in self.grains.iter().enumerate() {
             positive(grain.diameter_um, &at(&format!("grains[{i}].diameter_um")))?;
             known(materials, &grain.material, &at(&format!("grains[{i}].material")))?;

@@ -45,6 +45,7 @@ fn drops(
         let path = folder.path().join("scene.json");
         output::bytes(&path, scene.to_string().as_bytes())?;
         let options = Options {
+            grains: None,
             source: Source::Scene(path),
             seed: None,
             packings: 1,

@@ -1,0 +1,41 @@
+"""Soilsig's panel in the sidebar of the 3-D view: from an SEM image to grains that `soilsig` uses.
+
+The work is done by `soilsig_blender`, which the headless scripts use as well.
+"""
+
+import os
+import sys
+
+bl_info = {
+    "name": "Soilsig grains",
+    "description": "Author soil grains over SEM images, for soilsig's thermal-infrared signatures",
+    "author": "soilsig",
+    "version": (0, 1, 0),
+    "blender": (3, 4, 0),
+    "location": "3-D View > Sidebar > Soilsig",
+    "category": "Mesh",
+}
+
+# Installed from its zip the add-on has the scripts within it, else beside it.
+_HERE = os.path.dirname(os.path.abspath(__file__))
+SCRIPTS = next(
+    folder
+    for folder in (_HERE, os.path.dirname(_HERE))
+    if os.path.isdir(os.path.join(folder, "soilsig_blender"))
+)
+if SCRIPTS not in sys.path:
+    sys.path.append(SCRIPTS)
+
+
+def register():
+    from . import dress, form, keep, panel, reference, settings, start
+
+    for module in (settings, reference, start, form, dress, keep, panel):
+        module.register()
+
+
+def unregister():
+    from . import dress, form, keep, panel, reference, settings, start
+
+    for module in (panel, keep, dress, form, start, reference, settings):
+        module.unregister()

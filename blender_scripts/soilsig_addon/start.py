@@ -1,0 +1,104 @@
+"""Where a grain starts: a silhouette out of the image, or one of the shapes."""
+
+import json
+import os
+
+import numpy as np
+from bpy.props import FloatProperty
+from soilsig_blender import from_silhouette, silhouette
+from soilsig_blender.randomness import stream
+from soilsig_blender.shapes import SHAPES, model
+
+from . import objects, reference
+from .step import Step, progress, registration
+
+
+class FromSilhouette(Step):
+    """Trace the largest bright patch of the image and model a fractured body of that silhouette"""
+
+    bl_idname = "soilsig.from_silhouette"
+    bl_label = "Trace Silhouette"
+    overlap: FloatProperty(options={"HIDDEN", "SKIP_SAVE"})
+
+    @classmethod
+    def poll(cls, context):
+        return reference.image_of(context.scene.soilsig) is not None
+
+    def work(self, context):
+        settings = context.scene.soilsig
+        image = reference.image_of(settings)
+        with progress(context, 3) as advance:
+            grey, share = reference.pixels(image)
+            advance()
+            traced = silhouette.trace(
+                grey,
+                settings.threshold if settings.own_threshold else None,
+                settings.legend_pixels // share,
+            )
+            advance()
+            um_per_pixel = settings.um_per_pixel * share
+            shape = SHAPES[settings.shape]
+            body, reached = from_silhouette.model(
+                traced, um_per_pixel, settings.thickness, shape, stream(settings.seed, "silhouette")
+            )
+            advance()
+        settings.threshold = traced.threshold
+        # Pixels are counted from the corner of the image, which is about its object's origin.
+        whole = np.array(image.size) / share
+        middle = (traced.hull.min(axis=0) + traced.hull.max(axis=0)) / 2
+        offset = [*((middle - whole / 2) * um_per_pixel), 0]
+        place = objects.moved(settings.reference.matrix_world, offset)
+        name = os.path.splitext(image.name)[0]
+        line = (traced.outline - middle) * um_per_pixel
+        self._draw(context, f"{name} outline", line, place)
+        made_from = {
+            "silhouette": image.name,
+            "um_per_pixel": round(settings.um_per_pixel, 6),
+            "threshold": round(traced.threshold, 4),
+            "thickness": round(settings.thickness, 4),
+            "seed": settings.seed,
+            "overlap": round(reached, 4),
+            "solidity": round(traced.solidity, 4),
+        }
+        o = objects.add_grain(
+            context, _plain(name), body, settings.shape, json.dumps(made_from), place
+        )
+        o.soilsig.report = f"overlap with the outline (IoU) {reached:.3f}"
+        if traced.cut_off:
+            self.report({"WARNING"}, "the grain reaches the edge of the image: it is cut off there")
+        return (
+            f"overlap (IoU) {reached:.3f}; the outline fills {traced.solidity:.3f} of its hull; "
+            f"threshold {traced.threshold:.3f}"
+        )
+
+    @staticmethod
+    def _draw(context, name, line, place):
+        count = len(line)
+        edges = [(i, (i + 1) % count) for i in range(count)]
+        corners = np.column_stack([line, np.zeros(count)])
+        o = objects.add(context, name, objects.mesh_of(name, corners, [], edges), "OUTLINE", place)
+        o.show_in_front = True
+
+
+class FromShape(Step):
+    """Model one of the five shapes at the diameter given"""
+
+    bl_idname = "soilsig.from_shape"
+    bl_label = "Add Shape"
+
+    def work(self, context):
+        settings = context.scene.soilsig
+        name = settings.shape
+        body = model(SHAPES[name], settings.diameter_um, stream(settings.seed, "shape", name, 0))
+        made_from = json.dumps({"shape": name, "seed": settings.seed})
+        cursor = context.scene.cursor.matrix
+        objects.add_grain(context, name, body, name, made_from, objects.moved(cursor, (0, 0, 0)))
+        return f"{name}: {settings.diameter_um:g} um"
+
+
+def _plain(name):
+    """A name of letters that can name a grain."""
+    return "".join(c if c.isascii() and (c.isalnum() or c in "_-") else "_" for c in name)[:40]
+
+
+register, unregister = registration(FromSilhouette, FromShape)
