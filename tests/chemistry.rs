@@ -116,7 +116,7 @@ fn a_scene_inverts_by_tables_of_its_own_and_its_table_stands_alone() {
 }
 
 #[test]
-fn the_shipped_pure_bed_is_one_and_near_to_a_random_bed_of_spheres() {
+fn the_shipped_pure_bed_is_one_and_denser_than_a_random_bed_of_spheres() {
     let inverted = |emissivity: f64| {
         let source = json!({"inverted": {"spectrum": {"constant": emissivity}}});
         let source = serde_json::from_value(source).expect("a source");
@@ -125,12 +125,16 @@ fn the_shipped_pure_bed_is_one_and_near_to_a_random_bed_of_spheres() {
     let Spectrum::Inverted(_, bed) = inverted(0.5) else { panic!("inverted") };
     let sum: f64 = bed.escaped.iter().chain(&bed.given_up).sum();
     assert!((sum - 1.0).abs() < 1e-9 && bed.standard_error < 0.01, "{sum} {}", bed.standard_error);
-    // Random beds of Lambertian spheres, volume fraction .33, from a computation of its own.
-    for (facet, of_bed) in
+    // Random beds of Lambertian spheres, volume fraction .33, from a computation of its own: looser, and so more emissive.
+    for (facet, of_spheres) in
         [(0.371, 0.649), (0.5, 0.736), (0.76, 0.883), (0.858, 0.932), (0.95, 0.977)]
     {
         let back = 1.0 - bed.reflectance(1.0 - facet);
-        assert!((back - of_bed).abs() < 0.02, "{facet}: {back}, spheres {of_bed}");
+        assert!(back > facet + 0.2 * (of_spheres - facet), "{facet}: {back}");
+        assert!(
+            back < of_spheres && of_spheres - back < 0.08,
+            "{facet}: {back}, spheres {of_spheres}"
+        );
         let there = inverted(back).emissivity(9.0).expect("no bound");
         assert!((there - facet).abs() < 1e-12, "{facet}: {there}");
     }
