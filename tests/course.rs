@@ -110,7 +110,7 @@ fn each_material_emits_at_its_own_temperature() {
     let nearly = band(&table([300.0 + 1e-9, 300.0]));
     let plain = band(&Case::new(TROUGH, 20.0, "", &spectra).trace(0.003));
     assert!((nearly.l_target.mean / plain.l_target.mean - 1.0).abs() < 1e-4);
-    let relative = nearly.l_target_standard_error / plain.l_target_standard_error;
+    let relative = nearly.l_target.standard_error / plain.l_target.standard_error;
     assert!((relative - 1.0).abs() < 0.02, "{relative}");
 }
 
