@@ -1,6 +1,7 @@
 //! Images: what pixels see, how sure they are, and that nothing but the scene and the seed decides it.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -43,7 +44,7 @@ fn write(folder: &TempDir, scene: &Value) -> PathBuf {
 /// Temperature and emissivity of a panel, line by line from above.
 fn panel(line: usize, sample: usize) -> (f64, f64) {
     let number = 4 * line + sample;
-    let emissivity = if (line + sample) % 2 == 0 { 1.0 } else { 0.9 };
+    let emissivity = if (line + sample).is_multiple_of(2) { 1.0 } else { 0.9 };
     (250.0 + 100.0 * number as f64 / 15.0, emissivity)
 }
 
@@ -56,9 +57,9 @@ fn panels(folder: &TempDir, sides: &str, sensor: &Value) -> Value {
             let name = format!("panel_{line}_{sample}");
             let [x, y] = [sample, 3 - line].map(|i| i as f64 * SIDE_UM);
             for [dx, dy] in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
-                obj += &format!("v {} {} 0\n", x + dx * SIDE_UM, y + dy * SIDE_UM);
+                let _ = writeln!(obj, "v {} {} 0", x + dx * SIDE_UM, y + dy * SIDE_UM);
             }
-            obj += &format!("usemtl {name}\nf -4 -3 -2 -1\n");
+            let _ = writeln!(obj, "usemtl {name}\nf -4 -3 -2 -1");
             let (temperature_k, emissivity) = panel(line, sample);
             materials.push(json!({
                 "name": name, "spectrum": {"constant": emissivity}, "temperature_k": temperature_k

@@ -64,7 +64,7 @@ impl Section {
         let text =
             fs::read(path).map_err(|source| DirsigError::Read { path: path.to_owned(), source })?;
         let text = crate::envi::text(text);
-        let mut open = vec![("".to_owned(), Self::default())];
+        let mut open = vec![(String::new(), Self::default())];
         for (i, line) in text.lines().enumerate() {
             let line = line.split('#').next().unwrap_or_default().trim();
             let place = |problem: &str| DirsigError::Form {

@@ -100,7 +100,7 @@ impl<'a> Evaluator<'a> {
             let of_material = |s: usize| s / usize::from(kept.cosines);
             (0..symbols).map(|s| by_wavelength(&|lit| lit.l_blackbody_of[of_material(s)])).collect()
         });
-        Self { kept, bands, reflectance, powers, l_blackbody, lit }
+        Self { kept, lit, bands, reflectance, powers, l_blackbody }
     }
 
     /// The spectra of a pixel whose histogram is not empty.

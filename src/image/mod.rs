@@ -12,6 +12,7 @@ mod netcdf;
 mod pixel;
 mod quicklook;
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -87,8 +88,9 @@ struct Pixel {
     paths: u64,
 }
 
-/// The wish for noise of the sensor in each band, W m-2 sr-1 um-1.
+/// The sensor's noise in each band.
 struct Detectors {
+    /// Noise-equivalent radiance, W m-2 sr-1 um-1.
     nedl: Vec<f64>,
     source: Source,
 }
@@ -185,22 +187,7 @@ pub fn make(
         wavelengths_um: &bands.centres_um,
     };
     let set = netcdf::data_set(&about);
-    let mut netcdf = NetCdf::new(&out.join("image.nc"), &set, &about)?;
-    let envi = |name: &str, quantity: &str, wavelengths_um: &[f64], band_names: &[String]| {
-        let header = ImageHeader { quantity, lines, samples: columns, wavelengths_um, band_names };
-        EnviFile::new(&out.join(format!("{name}.img")), &header)
-    };
-    let quantities = [
-        "Radiance at the sensor (W m-2 sr-1 um-1)",
-        "Standard error of the radiance (W m-2 sr-1 um-1)",
-        "Emissivity",
-    ];
-    let cubes = [0, 1, 2].map(|i| envi(CUBES[i], quantities[i], &bands.centres_um, &[]));
-    let cubes = cubes.into_iter().collect::<Result<Vec<_>, _>>()?;
-    let map_names = MAPS.map(str::to_owned);
-    let quantity = format!("maps; material 0 on: {}", names.join(" "));
-    let maps = envi("maps", &quantity, &[], &map_names)?;
-
+    let mut files = Files::new(out, &set, &about)?;
     let mut shown = Shown::new(asked, &bands, scene.temperature_k);
     let mut made = Made {
         pixels: camera.pixels,
@@ -215,21 +202,7 @@ pub fn make(
         let place = [first_line, LINES.min(lines - first_line), columns];
         let range = first_line * columns..(first_line + place[1]) * columns;
         let done: Vec<Pixel> = range.into_par_iter().map(one).collect::<Result<_, _>>()?;
-        for (i, cube) in cubes.iter().enumerate() {
-            let values = done.iter().map(|pixel| &pixel.cubes[i][..]);
-            let block = Block::new(place, bands.centres_um.len(), values);
-            cube.write(&block)?;
-            for line in 0..place[1] {
-                netcdf.write(CUBES[i], first_line + line, &block.line(line))?;
-            }
-        }
-        let block = Block::new(place, MAPS.len(), done.iter().map(|pixel| &pixel.maps[..]));
-        maps.write(&block)?;
-        for line in 0..place[1] {
-            for (name, values) in MAPS.iter().zip(block.line(line).chunks(columns)) {
-                netcdf.write(name, first_line + line, values)?;
-            }
-        }
+        files.write(place, &done)?;
         for pixel in &done {
             made.count(pixel, asked);
             shown.keep(pixel);
@@ -246,12 +219,66 @@ pub fn make(
     made.capped /= met;
     made.empty /= all;
     shown.write(&scene.name, columns, &names, out)?;
-    for cube in cubes {
-        cube.done()?;
-    }
-    maps.done()?;
-    netcdf.done()?;
+    files.done()?;
     Ok(made)
+}
+
+/// All files of numbers under way.
+struct Files<'a> {
+    cubes: Vec<EnviFile>,
+    maps: EnviFile,
+    netcdf: NetCdf<'a>,
+}
+
+impl<'a> Files<'a> {
+    fn new(out: &Path, set: &'a netcdf3::DataSet, about: &About) -> Result<Self, Error> {
+        let [lines, samples] = about.size;
+        let envi = |name: &str, quantity: &str, wavelengths_um: &[f64], band_names: &[String]| {
+            let header = ImageHeader { quantity, lines, samples, wavelengths_um, band_names };
+            EnviFile::new(&out.join(format!("{name}.img")), &header)
+        };
+        let quantities = [
+            "Radiance at the sensor (W m-2 sr-1 um-1)",
+            "Standard error of the radiance (W m-2 sr-1 um-1)",
+            "Emissivity",
+        ];
+        let cubes = CUBES.iter().zip(quantities);
+        let cubes = cubes.map(|(name, quantity)| envi(name, quantity, about.wavelengths_um, &[]));
+        let quantity = format!("maps; material 0 on: {}", about.materials.join(" "));
+        Ok(Self {
+            cubes: cubes.collect::<Result<_, _>>()?,
+            maps: envi("maps", &quantity, &[], &MAPS.map(str::to_owned))?,
+            netcdf: NetCdf::new(&out.join("image.nc"), set, about)?,
+        })
+    }
+
+    /// Writes lines: the first, how many, and their columns.
+    fn write(&mut self, place: [usize; 3], pixels: &[Pixel]) -> Result<(), Error> {
+        let [first_line, lines, columns] = place;
+        for (i, cube) in self.cubes.iter().enumerate() {
+            let values = pixels.iter().map(|pixel| &pixel.cubes[i][..]);
+            let block = Block::new(place, pixels[0].cubes[i].len(), values);
+            cube.write(&block)?;
+            for line in 0..lines {
+                self.netcdf.write(CUBES[i], first_line + line, &block.line(line))?;
+            }
+        }
+        let block = Block::new(place, MAPS.len(), pixels.iter().map(|pixel| &pixel.maps[..]));
+        self.maps.write(&block)?;
+        for line in 0..lines {
+            for (name, values) in MAPS.iter().zip(block.line(line).chunks(columns)) {
+                self.netcdf.write(name, first_line + line, values)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts them in their places.
+    fn done(self) -> Result<(), Error> {
+        self.cubes.into_iter().try_for_each(EnviFile::done)?;
+        self.maps.done()?;
+        Ok(self.netcdf.done()?)
+    }
 }
 
 /// The numbers of a traced pixel.
@@ -311,14 +338,15 @@ impl Made {
             100.0 * self.reached,
         );
         if self.capped > 0.0 {
-            text += &format!(
-                "{:.0} pixels have all the {} paths that a pixel may have\n",
+            let _ = writeln!(
+                text,
+                "{:.0} pixels have all the {} paths that a pixel may have",
                 self.capped * pixels,
                 asked.max_paths
             );
         }
         if self.empty > 0.0 {
-            text += &format!("{:.1} % of the pixels see nothing\n", 100.0 * self.empty);
+            let _ = writeln!(text, "{:.1} % of the pixels see nothing", 100.0 * self.empty);
         }
         text
     }
