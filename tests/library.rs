@@ -5,6 +5,7 @@ mod place;
 #[path = "support/mod.rs"]
 mod support;
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
@@ -18,11 +19,12 @@ fn octahedron(shift: f64) -> String {
         for sign in [1.0, -1.0] {
             let mut corner = [shift; 3];
             corner[axis] += sign * [300.0, 260.0, 220.0][axis];
-            text += &format!("v {} {} {}\n", corner[0], corner[1], corner[2]);
+            let [x, y, z] = corner;
+            let _ = writeln!(text, "v {x} {y} {z}");
         }
     }
     for [x, y, z] in [[1, 3, 5], [3, 2, 5], [2, 4, 5], [4, 1, 5]] {
-        text += &format!("f {x} {y} {z}\nf {y} {x} {}\n", z + 1);
+        let _ = writeln!(text, "f {x} {y} {z}\nf {y} {x} {}", z + 1);
     }
     text
 }

@@ -4,7 +4,6 @@ import json
 import os
 
 import numpy as np
-from bpy.props import FloatProperty
 from soilsig_blender import from_silhouette, silhouette
 from soilsig_blender.randomness import stream
 from soilsig_blender.shapes import SHAPES, model
@@ -18,7 +17,6 @@ class FromSilhouette(Step):
 
     bl_idname = "soilsig.from_silhouette"
     bl_label = "Trace Silhouette"
-    overlap: FloatProperty(options={"HIDDEN", "SKIP_SAVE"})
 
     @classmethod
     def poll(cls, context):

@@ -72,9 +72,15 @@ def entries(folder):
         stem, ending = os.path.splitext(file)
         if ending != ".json" or file.startswith("."):
             continue
-        with open(os.path.join(folder, file), encoding="utf-8") as text:
-            entry = json.load(text)
-        if entry.get("soilsig_grain") == VERSION and entry.get("size_class") in SHAPES:
+        path = os.path.join(folder, file)
+        try:
+            with open(path, encoding="utf-8") as text:
+                entry = json.load(text)
+        except ValueError as error:
+            raise BedError("scene", f"{path} is not JSON: {error}", "mend it there") from error
+        if not isinstance(entry, dict) or entry.get("soilsig_grain") != VERSION:
+            continue
+        if entry.get("size_class") in SHAPES:
             found[stem] = entry
     return found
 

@@ -33,7 +33,8 @@ class Hull(unittest.TestCase):
         grid = np.array([(x, y, z) for x in ticks for y in ticks for z in ticks])
         clouds = [grid, np.round(rng.normal(size=(60, 3)), 1), rng.normal(size=(200, 3))]
         for points in clouds:
-            hull = convex.hull_of(points)
+            with np.errstate(invalid="raise", divide="raise"):
+                hull = convex.hull_of(points)
             mesh_checks.check(hull, "a hull", 2 * convex.FLATNESS)
             size = np.ptp(points, axis=0).max()
             self.assertGreater(convex.depth_below(hull, points).min(), -2e-5 * size)
