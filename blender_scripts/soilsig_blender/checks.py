@@ -67,7 +67,7 @@ def check(prototypes, drop, packing):
             "floating",
             f"the lowest grain stands {lowest:.1f} um off the floor; allowed are "
             f"{FLOAT_SHARE * mean_diameter:.1f} um",
-            "lower geometry.packing.drop.margin, or raise its scale; 0.04 and 6.5 are known to hold",
+            "lower geometry.packing.drop.margin or raise scale; 0.04 and 6.5 are known to hold",
         )
     return {"escaped": 0, "overlaps": found}
 
