@@ -17,7 +17,7 @@ pub(super) fn few_paths(setting: &Setting) -> Result<Row, Error> {
     let truth = groove(1.0)?;
     let mut points = Vec::new();
     for power in setting.of(&[1, 2, 3, 4, 5, 6, 8, 10, 12, 14, 16, 18]) {
-        let (scene, slab) = groove_scene(1.0);
+        let (scene, slab) = groove_scene(1.0, 1000.0);
         let paths = 1_u64 << power;
         let exactly = Some(Part { first: 0, end: paths, of: paths });
         let stage = Stage {

@@ -21,17 +21,17 @@ fn pit_of_a_millimetre(setting: &Setting) -> Result<f64, Error> {
 /// Emissivity of the opening of an endless groove seen from above, of facets of .5, as the tool gives it at a length that it is
 /// at home with.
 pub(super) fn groove(depth: f64) -> Result<f64, Error> {
-    let (scene, slab) = groove_scene(depth);
+    let (scene, slab) = groove_scene(depth, 1000.0);
     let files = vec![("mesh.obj", slab.obj().into_bytes())];
     let outcome = Stage { scene, files, grid: at_9_um(), target: Target::of(5e-4) }.run()?;
     Ok(outcome.bands[0].emissivity.mean)
 }
 
-/// A groove of 100 um in a long slab; the sensor looks at the middle of its opening.
-pub(super) fn groove_scene(depth: f64) -> (Value, Shape) {
+/// A groove of 100 um in a slab so many times as long either way; the sensor looks at the middle of its opening.
+pub(super) fn groove_scene(depth: f64, long: f64) -> (Value, Shape) {
     let profile = [(-1.0, 0.0), (0.0, 0.0), (0.0, -depth), (1.0, -depth), (1.0, 0.0), (2.0, 0.0)];
     let mut slab = Shape::default();
-    for y in [-1000.0, 1000.0] {
+    for y in [-long, long] {
         slab.points.extend(profile.map(|(x, z)| 100.0 * DVec3::new(x, y, z)));
     }
     for i in 0..5 {
@@ -48,7 +48,7 @@ pub(super) fn facet_in_side(setting: &Setting) -> Result<Row, Error> {
     let truth = groove(2.0)?;
     let mut points = Vec::new();
     for within_um in setting.of(&[0.0, 1e-12, 1e-10, 1e-8, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2]) {
-        let (mut scene, slab) = groove_scene(2.0);
+        let (mut scene, slab) = groove_scene(2.0, 3.0);
         scene["geometry"]["placed"]["domain"] = json!({
             "min_um": [-within_um, -100], "max_um": [100.0 + within_um, 100], "sides": "mirror"
         });
@@ -95,15 +95,16 @@ pub(super) fn units(setting: &Setting) -> Result<Row, Error> {
 pub(super) fn distance_in_file(setting: &Setting) -> Result<Row, Error> {
     let truth = pit_of_a_millimetre(setting)?;
     let mut points = Vec::new();
-    for power in setting.of(&[0, 1, 2, 3, 4, 5, 6, 7]) {
+    for power in setting.of(&[0, 1, 2, 3, 4, 5, 6, 7, 8]) {
         let far = 10f64.powi(power);
         let mut pit = Shape::pit(DVec3::ONE, "rock", "rock");
         for point in &mut pit.points {
-            *point += far * DVec3::new(0.9, -0.7, 0.8);
+            // No round number, which singles would hold anywhere.
+            *point = 0.37 * (*point + far * DVec3::new(0.9, -0.7, 0.8));
         }
         let mut scene = scene(&[("rock", 0.5)]);
         scene["geometry"]["placed"]["prototypes"][0] =
-            json!({"name": "mesh", "file": "mesh.gltf", "up": "z", "unit_um": 100});
+            json!({"name": "mesh", "file": "mesh.gltf", "up": "z", "unit_um": 100.0 / 0.37});
         let files = pit.gltf();
         let stage = Stage { scene, files, grid: at_9_um(), target: setting.target() };
         points.push(stage.run()?.point(far, truth, "too fine for coordinates"));
