@@ -3,6 +3,7 @@
 //! Whatever makes a result wrong by more than its interval says is refused or stands here. `soilsig stress` drives each
 //! of them from where it is harmless to where it is not (docs/stability.md).
 
+use std::collections::BTreeSet;
 use std::fmt;
 
 use glam::DVec3;
@@ -77,6 +78,11 @@ pub enum Remark {
         /// Share of the facets that lie within another solid.
         share: f64,
     },
+    /// Facets lie in a side of the domain.
+    InSide {
+        /// The mesh.
+        mesh: String,
+    },
     /// The patch holds few bodies side by side.
     NarrowPatch {
         /// Its shorter side in lengths of the largest body.
@@ -135,6 +141,11 @@ impl fmt::Display for Remark {
                  what is outermost",
                 100.0 * share
             ),
+            Self::InSide { mesh } => write!(
+                f,
+                "facets of {mesh} lie in a side of the domain, and rays may go either way there: put the side before \
+                 or behind them"
+            ),
             Self::NarrowPatch { widths } => write!(
                 f,
                 "the patch is {widths:.1} of its largest bodies wide: patches of that size differ by much; \
@@ -162,7 +173,8 @@ impl fmt::Display for Remark {
 /// What speaks against a bed: of each kind the worst.
 pub fn of_bed(tracer: &Tracer, longest_um: f64, seed: u64) -> Vec<Remark> {
     let bed = tracer.bed();
-    let placed: Vec<&Mesh> = bed.placements.iter().map(|place| &bed.meshes[place.mesh]).collect();
+    let placed: BTreeSet<usize> = bed.placements.iter().map(|place| place.mesh).collect();
+    let placed: Vec<&Mesh> = placed.into_iter().map(|mesh| &bed.meshes[mesh]).collect();
     let worst = |of: &dyn Fn(&Mesh) -> f64| {
         placed.iter().copied().max_by(|a, b| of(a).total_cmp(&of(b))).map(|mesh| (mesh, of(mesh)))
     };
@@ -182,13 +194,10 @@ pub fn of_bed(tracer: &Tracer, longest_um: f64, seed: u64) -> Vec<Remark> {
         let angle_deg = (1.0 - curved).acos().to_degrees();
         remarks.push(Remark::Coarse { mesh: mesh.name.clone(), angle_deg });
     }
-    let size = |place: &&Placement| {
-        let (min, max) = Bed::bounds_um(&bed.meshes, std::slice::from_ref(*place));
-        (max - min).max_element()
-    };
-    let smallest = bed.placements.iter().map(|p| (p, size(&p))).min_by(|a, b| a.1.total_cmp(&b.1));
-    if let Some((place, size_um)) = smallest.filter(|(_, size)| *size < longest_um) {
-        let mesh = bed.meshes[place.mesh].name.clone();
+    let bodies: Vec<Body> = bed.placements.par_iter().map(|place| Body::new(bed, place)).collect();
+    let smallest = bodies.iter().min_by(|a, b| a.size_um().total_cmp(&b.size_um()));
+    if let Some(body) = smallest.filter(|body| body.size_um() < longest_um) {
+        let (mesh, size_um) = (body.mesh.name.clone(), body.size_um());
         remarks.push(Remark::SmallerThanWaves { mesh, size_um, wavelength_um: longest_um });
     }
     let share = overlap(tracer, seed);
@@ -196,31 +205,76 @@ pub fn of_bed(tracer: &Tracer, longest_um: f64, seed: u64) -> Vec<Remark> {
         remarks.push(Remark::Overlap { share });
     }
     let domain = &bed.domain;
+    if domain.sides != Sides::Open
+        && let Some(body) = bodies.par_iter().find_first(|body| body.is_in_side(bed))
+    {
+        remarks.push(Remark::InSide { mesh: body.mesh.name.clone() });
+    }
     let width = (domain.max_um - domain.min_um).truncate().min_element();
     // A mesh of many parts that stands alone is a whole bed: its bodies are not told apart.
-    let bodies = bed.placements.iter().filter(|place| {
-        let mesh = &bed.meshes[place.mesh];
-        mesh.closed && (bed.placements.len() > 1 || mesh.particles.len() == 1)
-    });
-    let widths = width / bodies.map(|place| size(&place)).fold(0.0, f64::max);
+    let is_one =
+        |body: &&Body| body.mesh.closed && (bodies.len() > 1 || body.mesh.particles.len() == 1);
+    let widths = width / bodies.iter().filter(is_one).map(Body::size_um).fold(0.0, f64::max);
     if domain.sides != Sides::Open && widths < LEAST_WIDTHS {
         remarks.push(Remark::NarrowPatch { widths });
     }
     remarks
 }
 
+/// A mesh in its place, and the box around it, um.
+struct Body<'a> {
+    mesh: &'a Mesh,
+    place: &'a Placement,
+    low: DVec3,
+    high: DVec3,
+}
+
+impl<'a> Body<'a> {
+    fn new(bed: &'a Bed, place: &'a Placement) -> Self {
+        let (low, high) = Bed::bounds_um(&bed.meshes, std::slice::from_ref(place));
+        Self { mesh: &bed.meshes[place.mesh], place, low, high }
+    }
+
+    fn size_um(&self) -> f64 {
+        (self.high - self.low).max_element()
+    }
+
+    /// Whether a facet that rays can meet lies in a side of the domain, as near as its mesh's coordinates tell.
+    fn is_in_side(&self, bed: &Bed) -> bool {
+        let Body { mesh, place: Placement { to_scene, .. }, low, high } = self;
+        let near = 4.0 * mesh.doubts.rounding_um * to_scene.matrix3.x_axis.length();
+        let is_facet = |triangle: &[u32; 3], axis: usize, side: f64, inward: f64| {
+            let [a, b, c] =
+                triangle.map(|i| to_scene.transform_point3(mesh.vertices[i as usize].as_dvec3()));
+            let turned = to_scene.matrix3.determinant().signum() * inward;
+            // What bounds a solid of the domain is seen from the other side only.
+            let is_met = !mesh.closed || turned * (b - a).cross(c - a)[axis] > 0.0;
+            is_met && [a, b, c].iter().all(|p| (p[axis] - side).abs() <= near)
+        };
+        let sides = [(bed.domain.min_um, 1.0), (bed.domain.max_um, -1.0)];
+        (0..2).any(|axis| {
+            sides.iter().any(|&(corner, inward)| {
+                let side = corner[axis];
+                let touches = low[axis] - near <= side && side <= high[axis] + near;
+                touches && mesh.triangles.iter().any(|t| is_facet(t, axis, side, inward))
+            })
+        })
+    }
+}
+
 /// Whether a mesh is a body with holes, and not a sheet.
 fn is_holed(mesh: &Mesh) -> bool {
+    if mesh.doubts.open_edges == 0 {
+        return false;
+    }
     let area = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(|i| mesh.vertices[i as usize].as_dvec3());
         (b - a).cross(c - a)
     };
-    let (sum, total) = mesh
-        .triangles
-        .iter()
-        .map(area)
-        .fold((DVec3::ZERO, 0.0), |(sum, total), area| (sum + area, total + area.length()));
-    mesh.doubts.open_edges > 0 && sum.length() < NEARLY_CLOSED * total
+    let areas = mesh.triangles.iter().map(area);
+    let (sum, total) =
+        areas.fold((DVec3::ZERO, 0.0), |(sum, total), area| (sum + area, total + area.length()));
+    sum.length() < NEARLY_CLOSED * total
 }
 
 /// Share of the facets that lie within a solid placed elsewhere: of a point a little off its facet the nearest surface

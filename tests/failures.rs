@@ -107,6 +107,12 @@ fn a_bad_scale_flings_grains_off() {
     assert_cured(&json!({"scale": 0.0065}), 4, 1600.0, "escaped", "4 of 4 grains left the tray");
 }
 
+/// A margin of half a grain: the hulls stay so far apart, and the bed hangs in the air, at rest.
+#[test]
+fn a_bed_that_floats_is_found() {
+    assert_cured(&json!({"margin": 4}), 4, 1600.0, "floating", "off the floor");
+}
+
 #[test]
 fn grains_that_sink_into_the_floor_are_found() {
     let settings = json!({"gravity": 250, "substeps": 1, "margin": 0});

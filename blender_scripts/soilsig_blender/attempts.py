@@ -6,7 +6,7 @@ from .progress import warning
 from .settle import drop
 
 # What a second try may cure. Anything else is wrong with the scene or with Blender.
-_CURABLE = ("nan", "escaped", "not_settled", "overlap", "sunk")
+_CURABLE = ("nan", "escaped", "not_settled", "overlap", "sunk", "floating")
 # Length, gravity and margin that Bullet is at home with; finer steps, and more of them.
 _SAFE = {"scale": 6.5, "gravity": 98.1, "margin": 0.04}
 _LEAST_SUBSTEPS = 12

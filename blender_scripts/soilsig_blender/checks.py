@@ -10,6 +10,8 @@ from .progress import progress
 CONTACT_SHARE = 0.03
 # Deeper overlap than this share of the mean diameter is refused.
 OVERLAP_SHARE = 0.02
+# A bed of which no grain comes nearer to the floor than this share of the mean diameter floats.
+FLOAT_SHARE = 0.03
 
 
 def check(prototypes, drop, packing):
@@ -41,8 +43,10 @@ def check(prototypes, drop, packing):
             "raise geometry.packing.drop.max_frames",
         )
     found = _overlaps(prototypes, drop)
-    found["floor_depth_um"], found["wall_depth_um"] = _tray_depths(prototypes, drop, packing)
-    limit = OVERLAP_SHARE * mean_diameter_um(prototypes, drop)
+    lowest, found["wall_depth_um"] = _tray_depths(prototypes, drop, packing)
+    found["floor_depth_um"], found["floor_gap_um"] = max(-lowest, 0.0), max(lowest, 0.0)
+    mean_diameter = mean_diameter_um(prototypes, drop)
+    limit = OVERLAP_SHARE * mean_diameter
     found["depth_limit_um"] = limit
     if found["max_depth_um"] > limit:
         raise BedError(
@@ -57,6 +61,13 @@ def check(prototypes, drop, packing):
             f"grains sank {found['floor_depth_um']:.1f} um into the floor and "
             f"{found['wall_depth_um']:.1f} um into the walls; allowed are {limit:.1f} um",
             "raise geometry.packing.drop.substeps",
+        )
+    if lowest > FLOAT_SHARE * mean_diameter:
+        raise BedError(
+            "floating",
+            f"the lowest grain stands {lowest:.1f} um off the floor; allowed are "
+            f"{FLOAT_SHARE * mean_diameter:.1f} um",
+            "lower geometry.packing.drop.margin or raise scale; 0.04 and 6.5 are known to hold",
         )
     return {"escaped": 0, "overlaps": found}
 
@@ -73,13 +84,14 @@ def _escaped(drop, tray_um):
 
 
 def _tray_depths(prototypes, drop, packing):
-    floor = wall = 0.0
+    """Height of the lowest point of all grains, and how far any of them is in a wall."""
+    lowest, wall = np.inf, 0.0
     for p, pose in zip(drop.prototype_of, drop.poses):
         points = prototypes[p].outline @ pose[:3, :3].T + pose[:3, 3]
         low, high = points.min(axis=0), points.max(axis=0)
-        floor = max(floor, -low[2])
+        lowest = min(lowest, low[2])
         wall = max(wall, -low[0], -low[1], *(high[:2] - packing["tray_um"]))
-    return float(floor), float(wall)
+    return float(lowest), float(wall)
 
 
 def _overlaps(prototypes, drop):

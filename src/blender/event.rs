@@ -65,6 +65,8 @@ pub enum Trouble {
     Overlap,
     /// Grains sank into the tray.
     Sunk,
+    /// Grains hang in the air.
+    Floating,
     /// A position is not a number.
     Nan,
     /// Anything else.

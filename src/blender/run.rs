@@ -121,6 +121,7 @@ impl Blender {
             | Trouble::Escaped
             | Trouble::Overlap
             | Trouble::Sunk
+            | Trouble::Floating
             | Trouble::Nan => BlenderError::Refused { message, remedy, log },
             Trouble::Scene | Trouble::Internal => BlenderError::Script { message, remedy, log },
         }

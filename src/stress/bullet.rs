@@ -12,8 +12,8 @@ use crate::output::{self, OutputError};
 use crate::pipeline::{self, Options, Source};
 use crate::signature::Grid;
 
-const ERROR: &str =
-    "deepest overlap of grains with each other, floor and walls, in mean diameters; .02 is allowed";
+const ERROR: &str = "deepest overlap of grains with each other, floor and walls, or height of the lowest above the floor, \
+                     in mean diameters; .03 is allowed";
 const DOES: &str = "refuses the bed, says why and drops it once more with safer settings; refused again: status 16";
 
 /// Four grains of one class with some fines, dropped with settings for each point; what came of the first try.
@@ -66,7 +66,7 @@ fn drops(
             Ok(_) => (0, None),
         };
         if said.is_some() {
-            return Ok(Point { x, error: None, claimed: 0.01, said, status });
+            return Ok(Point { x, error: None, claimed: 0.015, said, status });
         }
         let report = std::fs::read_to_string(out.join("drop.json")).unwrap_or_default();
         let report: Value = serde_json::from_str(&report).unwrap_or_default();
@@ -75,16 +75,17 @@ fn drops(
             return Ok(Point {
                 x,
                 error: None,
-                claimed: 0.01,
+                claimed: 0.015,
                 said: Some(reason.to_owned()),
                 status,
             });
         }
         let depth = |key: &str| report["checks"]["overlaps"][key].as_f64();
-        let deepest = ["max_depth_um", "floor_depth_um", "wall_depth_um"].map(depth);
+        let deepest =
+            ["max_depth_um", "floor_depth_um", "wall_depth_um", "floor_gap_um"].map(depth);
         let limit = depth("depth_limit_um").unwrap_or(f64::NAN);
         let error = deepest.into_iter().flatten().fold(0.0, f64::max) / limit * 0.02;
-        Ok(Point { x, error: Some(error), claimed: 0.01, said: None, status })
+        Ok(Point { x, error: Some(error), claimed: 0.015, said: None, status })
     };
     let mut points = Vec::new();
     // A Blender keeps one core busy.

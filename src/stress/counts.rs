@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use super::precision::groove;
+use super::precision::{groove, groove_scene};
 use super::scenes::{Outcome, Shape, Stage, scene};
 use super::{Point, Row, Setting, Swept};
 use crate::error::Error;
@@ -14,20 +14,10 @@ use crate::stop::{Part, Target};
 
 /// The opening of an endless groove as deep as wide, by few paths.
 pub(super) fn few_paths(setting: &Setting) -> Result<Row, Error> {
-    let profile = [(-1.0, 0.0), (0.0, 0.0), (0.0, -1.0), (1.0, -1.0), (1.0, 0.0), (2.0, 0.0)];
-    let mut slab = Shape::default();
-    for y in [-2.0, 2.0] {
-        slab.points.extend(profile.map(|(x, z)| 100.0 * DVec3::new(x, y, z)));
-    }
-    for i in 0..5 {
-        slab.face(&[i, i + 1, i + 7, i + 6], "rock");
-    }
     let truth = groove(1.0)?;
     let mut points = Vec::new();
     for power in setting.of(&[1, 2, 3, 4, 5, 6, 8, 10, 12, 14, 16, 18]) {
-        let mut scene = scene(&[("rock", 0.5)]);
-        scene["geometry"]["placed"]["domain"] =
-            json!({"min_um": [0, -100], "max_um": [100, 100], "sides": "mirror"});
+        let (scene, slab) = groove_scene(1.0, 1000.0);
         let paths = 1_u64 << power;
         let exactly = Some(Part { first: 0, end: paths, of: paths });
         let stage = Stage {

@@ -194,7 +194,8 @@ pub(super) fn shallow_bed(setting: &Setting) -> Result<Row, Error> {
     let of_layers = |layers: u32| -> Result<Outcome, Error> {
         let mut instances = Vec::new();
         for layer in 0..layers {
-            let z = radius * (1.0 + 1.7 * f64::from(layer));
+            // Counted from above, so that the layer on top is the same for all.
+            let z = radius * (1.0 + 1.7 * f64::from(layers - 1 - layer));
             // Four layers in turn, so that no straight line leads down between the spheres.
             let corners: &[(f64, f64)] = match layer % 4 {
                 0 => &[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)],

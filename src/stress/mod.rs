@@ -158,7 +158,7 @@ fn short(x: f64) -> String {
 type Make = fn(&Setting) -> Result<Row, Error>;
 
 /// Every row by its name, in the order of the page.
-const ROWS: [(&str, Make); 29] = [
+const ROWS: [(&str, Make); 30] = [
     ("sky_nears_target", equations::sky_nears_target),
     ("target_temperature", equations::target_temperature),
     ("two_temperatures", equations::two_temperatures),
@@ -170,6 +170,7 @@ const ROWS: [(&str, Make); 29] = [
     ("detail", precision::detail),
     ("slivers", precision::slivers),
     ("gap", precision::gap),
+    ("facet_in_side", precision::facet_in_side),
     ("holes", geometry::holes),
     ("overlap", geometry::overlap),
     ("coarse_sphere", geometry::coarse_sphere),

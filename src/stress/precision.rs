@@ -1,7 +1,7 @@
 //! Lengths, and what numbers of so many digits hold of them.
 
 use glam::DVec3;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::scenes::{Shape, Stage, at_9_um, scene};
 use super::{Row, Setting, Swept};
@@ -21,9 +21,17 @@ fn pit_of_a_millimetre(setting: &Setting) -> Result<f64, Error> {
 /// Emissivity of the opening of an endless groove seen from above, of facets of .5, as the tool gives it at a length that it is
 /// at home with.
 pub(super) fn groove(depth: f64) -> Result<f64, Error> {
+    let (scene, slab) = groove_scene(depth, 1000.0);
+    let files = vec![("mesh.obj", slab.obj().into_bytes())];
+    let outcome = Stage { scene, files, grid: at_9_um(), target: Target::of(5e-4) }.run()?;
+    Ok(outcome.bands[0].emissivity.mean)
+}
+
+/// A groove of 100 um in a slab so many times as long either way; the sensor looks at the middle of its opening.
+pub(super) fn groove_scene(depth: f64, long: f64) -> (Value, Shape) {
     let profile = [(-1.0, 0.0), (0.0, 0.0), (0.0, -depth), (1.0, -depth), (1.0, 0.0), (2.0, 0.0)];
     let mut slab = Shape::default();
-    for y in [-2.0, 2.0] {
+    for y in [-long, long] {
         slab.points.extend(profile.map(|(x, z)| 100.0 * DVec3::new(x, y, z)));
     }
     for i in 0..5 {
@@ -31,10 +39,31 @@ pub(super) fn groove(depth: f64) -> Result<f64, Error> {
     }
     let mut scene = scene(&[("rock", 0.5)]);
     scene["geometry"]["placed"]["domain"] =
-        json!({"min_um": [0, -100], "max_um": [100, 100], "sides": "mirror"});
-    let files = vec![("mesh.obj", slab.obj())];
-    let outcome = Stage { scene, files, grid: at_9_um(), target: Target::of(5e-4) }.run()?;
-    Ok(outcome.bands[0].emissivity.mean)
+        json!({"min_um": [0, -100], "max_um": [100, 100], "sides": "open"});
+    (scene, slab)
+}
+
+/// Walls of a groove in the sides of the domain, or a little within them.
+pub(super) fn facet_in_side(setting: &Setting) -> Result<Row, Error> {
+    let truth = groove(2.0)?;
+    let mut points = Vec::new();
+    for within_um in setting.of(&[0.0, 1e-12, 1e-10, 1e-8, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2]) {
+        let (mut scene, slab) = groove_scene(2.0, 3.0);
+        scene["geometry"]["placed"]["domain"] = json!({
+            "min_um": [-within_um, -100], "max_um": [100.0 + within_um, 100], "sides": "mirror"
+        });
+        let outcome = Stage::new(setting, scene, &slab).run()?;
+        points.push(outcome.point(within_um, truth, "in a side of the domain"));
+    }
+    Ok(Row {
+        name: "facet_in_side",
+        title: "Facets in a side of the domain (mirrors)",
+        swept: Swept { name: "walls of a groove within the sides by, um", log: true },
+        error: "emissivity of the groove's opening, less that between open sides",
+        does: "warns; put the side before or behind such facets",
+        points,
+        left_out: None,
+    })
 }
 
 /// A cubic pit whose file is in another unit.
@@ -62,27 +91,30 @@ pub(super) fn units(setting: &Setting) -> Result<Row, Error> {
     })
 }
 
-/// A cubic pit of a millimetre whose file has it far from its origin.
+/// A cubic pit of 100 um whose glTF file, of single precision, has it far from its origin.
 pub(super) fn distance_in_file(setting: &Setting) -> Result<Row, Error> {
     let truth = pit_of_a_millimetre(setting)?;
     let mut points = Vec::new();
-    for power in setting.of(&[0, 3, 6, 8, 10, 11, 12, 13, 14, 15, 16, 17, 18]) {
+    for power in setting.of(&[0, 1, 2, 3, 4, 5, 6, 7, 8]) {
         let far = 10f64.powi(power);
         let mut pit = Shape::pit(DVec3::ONE, "rock", "rock");
         for point in &mut pit.points {
-            *point += DVec3::new(far, -far, far);
+            // No round number, which singles would hold anywhere.
+            *point = 0.37 * (*point + far * DVec3::new(0.9, -0.7, 0.8));
         }
         let mut scene = scene(&[("rock", 0.5)]);
-        scene["geometry"]["placed"]["prototypes"][0]["unit_um"] = json!(1e-3);
-        let outcome = Stage::new(setting, scene, &pit).run()?;
-        points.push(outcome.point(far, truth, "too fine for coordinates"));
+        scene["geometry"]["placed"]["prototypes"][0] =
+            json!({"name": "mesh", "file": "mesh.gltf", "up": "z", "unit_um": 100.0 / 0.37});
+        let files = pit.gltf();
+        let stage = Stage { scene, files, grid: at_9_um(), target: setting.target() };
+        points.push(stage.run()?.point(far, truth, "too fine for coordinates"));
     }
     Ok(Row {
         name: "distance_in_file",
-        title: "A mesh far from its file's origin",
-        swept: Swept { name: "distance, in lengths of a cubic pit of 1 nm", log: true },
+        title: "A glTF mesh far from its file's origin",
+        swept: Swept { name: "distance, in lengths of a cubic pit of 100 um", log: true },
         error: "emissivity less that of the pit at the origin, same rays",
-        does: "warns by how much coordinates are rounded; from a kilometre on refuses, status 3",
+        does: "warns by how much the file's coordinates are rounded; from a kilometre on refuses, status 3",
         points,
         left_out: None,
     })

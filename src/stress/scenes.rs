@@ -53,6 +53,34 @@ impl Shape {
         text
     }
 
+    /// The same as glTF, of one material, with its coordinates in a file beside it.
+    pub(super) fn gltf(&self) -> Vec<(&'static str, Vec<u8>)> {
+        let fans = self.faces.iter().flat_map(|(corners, _)| {
+            corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]])
+        });
+        let corners: Vec<[f32; 3]> =
+            fans.flatten().map(|i| self.points[i].as_vec3().to_array()).collect();
+        let ends = |of: fn(f32, f32) -> f32| -> Vec<f32> {
+            (0..3)
+                .map(|axis| corners.iter().map(|p| p[axis]).reduce(of).expect("corners"))
+                .collect()
+        };
+        let bytes: Vec<u8> = corners.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+        let text = json!({
+            "asset": {"version": "2.0"},
+            "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+            "materials": [{"name": self.faces[0].1}],
+            "accessors": [{
+                "bufferView": 0, "componentType": 5126, "count": corners.len(), "type": "VEC3",
+                "min": ends(f32::min), "max": ends(f32::max)
+            }],
+            "bufferViews": [{"buffer": 0, "byteLength": bytes.len()}],
+            "buffers": [{"uri": "mesh.bin", "byteLength": bytes.len()}]
+        });
+        vec![("mesh.gltf", text.to_string().into_bytes()), ("mesh.bin", bytes)]
+    }
+
     pub(super) fn face(&mut self, corners: &[usize], material: &'static str) {
         self.faces.push((corners.to_vec(), material));
     }
@@ -162,7 +190,7 @@ impl Shape {
 /// A scene under way, as it would be written by hand.
 pub(super) struct Stage<'a> {
     pub scene: Value,
-    pub files: Vec<(&'a str, String)>,
+    pub files: Vec<(&'a str, Vec<u8>)>,
     pub grid: Grid,
     pub target: Target,
 }
@@ -203,7 +231,7 @@ pub(super) fn at_9_um() -> Grid {
 impl<'a> Stage<'a> {
     /// A scene around one mesh, traced at 9 um.
     pub(super) fn new(setting: &Setting, scene: Value, mesh: &Shape) -> Self {
-        let files = vec![("mesh.obj", mesh.obj())];
+        let files = vec![("mesh.obj", mesh.obj().into_bytes())];
         Self { scene, files, grid: at_9_um(), target: setting.target() }
     }
 
@@ -214,7 +242,7 @@ impl<'a> Stage<'a> {
         let path = folder.path().join("scene.json");
         output::bytes(&path, self.scene.to_string().as_bytes())?;
         for (name, text) in &self.files {
-            output::bytes(&folder.path().join(name), text.as_bytes())?;
+            output::bytes(&folder.path().join(name), text)?;
         }
         let traced = || -> Result<Table, Error> {
             let scene = Scene::read(&path)?;

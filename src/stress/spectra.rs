@@ -28,7 +28,7 @@ fn sampled(setting: &Setting, from_um: f64, to_um: f64) -> Result<Vec<Point>, Er
         let mut scene = scene(&[("quartz", 0.0)]);
         scene["materials"][0]["spectrum"] = json!({"file": "quartz.csv"});
         let mut stage = Stage::new(setting, scene, &plate);
-        stage.files.push(("quartz.csv", file));
+        stage.files.push(("quartz.csv", file.into_bytes()));
         stage.grid = Grid::new(from_um, to_um, 0.01).expect("a grid");
         let outcome = stage.run()?;
         let mut worst = 0.0_f64;

@@ -134,7 +134,7 @@ fn an_error_of_the_script_is_passed_on_with_its_remedy() {
     for kind in ["scene", "internal", "of_tomorrow"] {
         assert_fails(&report(kind), Status::BlenderScript, &words);
     }
-    for kind in ["not_settled", "escaped", "overlap", "sunk", "nan"] {
+    for kind in ["not_settled", "escaped", "overlap", "sunk", "floating", "nan"] {
         assert_fails(&report(kind), Status::BlenderRefused, &words);
     }
     assert_fails(&report("numpy"), Status::BlenderNumpy, &["python3-numpy"]);

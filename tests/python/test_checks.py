@@ -106,6 +106,13 @@ class Checks(unittest.TestCase):
             self.assertEqual(error.kind, "sunk")
             self.assertIn("3.0 um", str(error))
 
+    def test_standing_off_the_floor_to_the_limit_passes_and_floating_is_refused(self):
+        found = self.found(dropped((500, 500, 52.9), (700, 500, 80)))
+        self.assertAlmostEqual(found["floor_gap_um"], 2.9)
+        error = self.refusal(dropped((500, 500, 54), (700, 500, 80)))
+        self.assertEqual(error.kind, "floating")
+        self.assertIn("4.0 um", str(error))
+
 
 class Tries(unittest.TestCase):
     def test_the_second_try_is_safer_in_every_setting(self):
