@@ -5,7 +5,7 @@ COVERAGE = sparse
 # What `make test` leaves out, where it cannot be had: blender, bpy, mitsuba, readers, window.
 WITHOUT =
 
-.PHONY: help run test lint setup bench intervals scale packings stress clean
+.PHONY: help run test lint setup bench intervals chart scale packings stress clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -40,6 +40,11 @@ bench: setup ## time the pipeline, and the tracer beside Embree and Mitsuba (doc
 
 intervals: ## count how often the 95 % intervals hold the truth (docs/tracer.md)
 	cargo bench --bench intervals
+
+chart: setup ## chart error against time, of the settled patch and of sparse beds (docs/performance.md)
+	cargo build --release
+	target/release/soilsig chart scenes/settled_patch.json --out docs/figures/chart_patch
+	target/release/soilsig chart sparse --out docs/figures/chart_sparse
 
 scale: setup ## chart what fields of 10^4 to 10^9 particles cost (docs/tracer.md)
 	cargo run --release -- pipeline --coverage sparse
