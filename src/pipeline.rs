@@ -16,6 +16,7 @@ use crate::error::Error;
 use crate::ingest;
 use crate::library::{self, Library};
 use crate::output;
+use crate::packings::{HowMany, PILOT, Plan};
 use crate::picture;
 use crate::progress::Step;
 use crate::radiometry::Assumed;
@@ -30,6 +31,7 @@ use crate::stop::Target;
 use crate::table::Table;
 use crate::trace;
 use crate::tracer::Tracer;
+use crate::words;
 
 /// Files of a drop that hold times of day or durations and so differ from run to run.
 const NOT_REPRODUCIBLE: [&str; 2] = ["blender.log", "drop.json"];
@@ -57,7 +59,7 @@ pub struct Options {
     /// In place of the scene's seeds, of packing and rays both.
     pub seed: Option<u64>,
     /// How many packings are dropped.
-    pub packings: usize,
+    pub packings: HowMany,
     /// Particles of the field that each packing is to be a patch of; `None` for the packing within mirror sides.
     pub field: Option<f64>,
     /// Half-width of the 95 % interval that every band is to reach: of several packings their mean.
@@ -106,10 +108,10 @@ pub fn run(
                 let path = format!("scenes/{name}.json");
                 let scene = Scene::parse(text, Path::new(&path))?;
                 record.versions.insert(path, sha256_of(text));
-                let mut run = Run { options, out, below: name, cache, record: &mut record };
+                let mut run = Run::new(options, out, name, cache, &mut record);
                 curves.push(run.scene(scene, Path::new(name))?);
             }
-            let mut run = Run { options, out, below: "", cache, record: &mut record };
+            let mut run = Run::new(options, out, "", cache, &mut record);
             run.draw_all(&curves)?;
         }
         Source::Coverage(name) => {
@@ -123,12 +125,12 @@ pub fn run(
                 let known: Vec<_> = COVERAGES.iter().map(|(known, _)| *known).collect();
                 return Err(Error::Coverage { wanted: name.clone(), known: known.join(", ") });
             };
-            Run { options, out, below: "", cache, record: &mut record }.scene(scene, &path)?;
+            Run::new(options, out, "", cache, &mut record).scene(scene, &path)?;
         }
         Source::Scene(path) => {
             let scene = Scene::read(path)?;
             record.inputs.insert(path.display().to_string(), output::sha256_hex(path)?);
-            Run { options, out, below: "", cache, record: &mut record }.scene(scene, path)?;
+            Run::new(options, out, "", cache, &mut record).scene(scene, path)?;
         }
     }
     for file in earlier.iter().flat_map(|earlier| earlier.outputs.keys()) {
@@ -154,6 +156,8 @@ struct Run<'a> {
     below: &'a str,
     cache: &'a Cache,
     record: &'a mut Record,
+    /// How many packings are dropped now.
+    packings: usize,
 }
 
 /// A settled bed, as the tracer takes it.
@@ -164,7 +168,21 @@ struct Bed {
     tracer: Option<Tracer>,
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
+    fn new(
+        options: &'a Options,
+        out: &'a Path,
+        below: &'a str,
+        cache: &'a Cache,
+        record: &'a mut Record,
+    ) -> Self {
+        let packings = match options.packings {
+            HowMany::Number(number) => number,
+            HowMany::Planned(_) => PILOT,
+        };
+        Self { options, out, below, cache, record, packings }
+    }
+
     fn scene(&mut self, mut scene: Scene, path: &Path) -> Result<(Vec<Table>, Vec<Band>), Error> {
         if let Some(seed) = self.options.seed {
             scene.seed = seed;
@@ -202,7 +220,7 @@ impl Run<'_> {
                 self.record.seeds.insert(self.key("packing"), packing.seed);
                 self.drop(&scene, &packing, library.as_ref(), path)?
             }
-            SceneGeometry::Placed(_) if self.options.packings > 1 => {
+            SceneGeometry::Placed(_) if self.options.packings != HowMany::Number(1) => {
                 return Err(Error::OnePacking { scene: path.to_owned() });
             }
             SceneGeometry::Placed(_) if self.options.field.is_some() => {
@@ -216,10 +234,32 @@ impl Run<'_> {
                 vec![Bed { scene: scene.clone(), path: path.to_owned(), tracer: None }]
             }
         };
-        let tables = self.trace(&mut beds)?;
+        let mut tables = self.trace(&mut beds)?;
+        let plan = match (self.options.packings, &scene.geometry) {
+            (HowMany::Planned(_), SceneGeometry::Packing(packing)) => {
+                let bands = signature::evaluate(&tables, &wavelengths_um)?;
+                let plan = Plan::new(&bands, PILOT, self.options.tolerance);
+                eprintln!("plan: {}", words::plan(&plan, self.options.tolerance));
+                if plan.packings > PILOT {
+                    for stage in &mut self.record.stages {
+                        stage.name.insert_str(0, "pilot ");
+                    }
+                    // Those of the pilot come from the cache.
+                    self.packings = plan.packings;
+                    beds = self.drop(&scene, packing, library.as_ref(), path)?;
+                    tables = self.trace(&mut beds)?;
+                }
+                Some(plan)
+            }
+            _ => None,
+        };
         let bands = self.signature(&scene, &tables, &wavelengths_um)?;
         self.picture(&mut beds[0], &tables[0])?;
-        let reached = report::reached(&tables, &bands, self.options.tolerance);
+        let mut reached = report::reached(&tables, &bands, self.options.tolerance);
+        if let Some(plan) = plan {
+            reached.tolerance_reached = plan.packings >= plan.wanted;
+        }
+        reached.plan = plan;
         self.record.reached.insert(scene.name, reached);
         Ok((tables, bands))
     }
@@ -255,7 +295,7 @@ impl Run<'_> {
 
     /// A file of one packing, by its path below the scene's folder.
     fn of_packing(&self, packing: usize, file: &str) -> String {
-        match self.options.packings {
+        match self.packings {
             1 => file.to_owned(),
             _ => format!("packings/{}/{file}", packing + 1),
         }
@@ -300,11 +340,11 @@ impl Run<'_> {
         ] {
             self.record.versions.insert(name.into(), version);
         }
-        let packings = 0..self.options.packings;
+        let packings = 0..self.packings;
         let seeds: Vec<u64> = packings.map(|i| random::seed_of(packing.seed, i)).collect();
         // For other programs, of one bed: of several, that of the first seed alone has them.
         let mut extra = Vec::new();
-        if self.options.packings == 1 {
+        if self.packings == 1 {
             extra.extend(["scene.glb", "scene.blend", "frames.json"]);
         }
         if self.options.patch_obj {

@@ -11,6 +11,7 @@ use crate::error::Error;
 use crate::features::Features;
 use crate::in_field::InField;
 use crate::output;
+use crate::packings::Plan;
 use crate::pipeline::Options;
 use crate::radiometry::Method;
 use crate::remarks::Remark;
@@ -102,6 +103,9 @@ pub struct Stage {
 pub struct Reached {
     /// Packings dropped and traced.
     pub packings: usize,
+    /// How many packings the tolerance takes by a pilot, where that was asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plan: Option<Plan>,
     /// Widest half-width of any band, emissivity, 95 %: of several packings with all that they differ by, of
     /// a single one the noise of its rays alone.
     pub half_width: f64,

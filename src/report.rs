@@ -39,6 +39,7 @@ pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
     let rays_reached = packings.iter().all(|table| table.stop.reached);
     Reached {
         packings: packings.len(),
+        plan: None,
         half_width: e.half_width,
         widest_at_um: widest.wavelength_um,
         spread: e.spread,

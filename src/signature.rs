@@ -78,7 +78,7 @@ impl Grid {
 }
 
 /// One band of a signature. Radiance is in W m-2 sr-1 um-1.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Band {
     /// Wavelength, um.
     pub wavelength_um: f64,

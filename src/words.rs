@@ -7,6 +7,7 @@ use std::path::Path;
 use crate::chart::Trade;
 use crate::coverage::Cover;
 use crate::in_field::InField;
+use crate::packings::Plan;
 use crate::radiometry::masked_in_words;
 use crate::record::{Reached, Record, Retrieval};
 use crate::spectrum::FacetSource;
@@ -40,7 +41,7 @@ fn advice(record: &Record) -> Option<String> {
         (!stage.cached).then_some(stage.seconds)
     };
     let (drop, trace) = (seconds("drop")?, seconds("trace")?);
-    if reached.packings < 2 {
+    if reached.packings < 2 || reached.plan.is_some() {
         return None;
     }
     // A tenth narrower is .81 of the variance, of which more rays can only take what is theirs.
@@ -79,12 +80,29 @@ pub fn trade(trade: &Trade, tolerance: f64) -> String {
     text
 }
 
+/// How many packings a tolerance takes.
+pub fn plan(plan: &Plan, tolerance: f64) -> String {
+    let Plan { pilot, spread, at_um, wanted, packings } = plan;
+    let most = if packings < wanted {
+        format!(", of which {packings} are dropped")
+    } else {
+        String::new()
+    };
+    format!(
+        "{pilot} packings differ by {spread:.4} (standard deviation at {at_um} um): \
+         {wanted} for +-{tolerance} at 95 %{most}"
+    )
+}
+
 /// What was reached for a scene.
 pub fn reached(r: &Reached) -> String {
     let mut text = format!(
         "each band's emissivity within {:.4} (95 %; widest at {} um; {} asked), {} paths\n",
         r.half_width, r.widest_at_um, r.tolerance, r.paths
     );
+    if let Some(of) = &r.plan {
+        let _ = writeln!(text, "  planned: {}", plan(of, r.tolerance));
+    }
     let _ = match r.spread {
         None => writeln!(
             text,

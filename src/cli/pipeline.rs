@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use soilsig::cache::Cache;
 use soilsig::error::Status;
+use soilsig::packings::{self, Auto, HowMany};
 use soilsig::pipeline::{self, Options, Source};
 use soilsig::scene::MOST_PARTICLES;
 use soilsig::words;
@@ -25,9 +26,9 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Packings to drop: with several the result is their mean, and its interval holds the spread between
-    /// them
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1000))]
-    packings: u16,
+    /// them. `auto` drops six and then as many more as the tolerance takes by their spread
+    #[arg(long, value_name = "N", default_value = "1", value_parser = packings)]
+    packings: HowMany,
     /// Trace a field of so many particles, of which the packing is a patch: copies turned at random, not held
     /// in memory
     #[arg(long, value_name = "PARTICLES", value_parser = particles)]
@@ -58,6 +59,14 @@ struct Which {
     scene: Option<PathBuf>,
 }
 
+fn packings(text: &str) -> Result<HowMany, String> {
+    match text.parse() {
+        Ok(number @ 1..=packings::MOST) => Ok(HowMany::Number(number)),
+        _ if text == "auto" => Ok(HowMany::Planned(Auto::Auto)),
+        _ => Err(format!("it must be `auto` or a number from 1 to {}", packings::MOST)),
+    }
+}
+
 fn particles(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(x) if (1.0..=MOST_PARTICLES).contains(&x) => Ok(x),
@@ -78,7 +87,7 @@ pub fn run(args: &Args, cache: &Cache) -> Outcome {
         source,
         grains: args.grains.as_ref().map(|path| std::path::absolute(path).unwrap_or(path.clone())),
         seed: args.seed,
-        packings: args.packings.into(),
+        packings: args.packings,
         field: args.field,
         tolerance: args.enough.tolerance,
         max_paths: args.enough.max_paths,

@@ -9,6 +9,7 @@ use crate::blender;
 use crate::cache::Cache;
 use crate::error::Error;
 use crate::output::{self, OutputError};
+use crate::packings::HowMany;
 use crate::pipeline::{self, Options, Source};
 use crate::signature::Grid;
 
@@ -48,7 +49,7 @@ fn drops(
             grains: None,
             source: Source::Scene(path),
             seed: None,
-            packings: 1,
+            packings: HowMany::Number(1),
             field: None,
             tolerance: 0.05,
             max_paths: 1 << 14,
