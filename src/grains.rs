@@ -234,11 +234,7 @@ fn solids(path: &Path) -> Result<BTreeMap<String, Solid>, String> {
         tobj::load_obj(path, &tobj::LoadOptions::default()).map_err(|error| problem(&error))?;
     let mut solids = BTreeMap::new();
     for tobj::Model { mesh, name } in models {
-        let vertices_um = mesh
-            .positions
-            .chunks_exact(3)
-            .map(|p| [f64::from(p[0]), f64::from(p[1]), f64::from(p[2])])
-            .collect();
+        let vertices_um = mesh.positions.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
         let mut corners = mesh.indices.iter().map(|&corner| corner as usize);
         let facets = mesh
             .face_arities

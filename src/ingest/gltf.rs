@@ -111,11 +111,8 @@ pub(super) fn read(
             let normals: Vec<DVec3> = reader
                 .read_normals()
                 .map_or_else(Vec::new, |all| all.map(|n| Vec3::from_array(n).as_dvec3()).collect());
-            for face in indices.chunks_exact(3).filter(|_| normals.len() == count as usize) {
-                let [a, b, c] = [0, 1, 2].map(|i| points[(face[i] + first) as usize]);
-                let corners = [0, 1, 2].map(|i| normals[face[i] as usize]);
-                let (off, weight) = turned_away((b - a).cross(c - a), &corners);
-                away = (away.0 + off, away.1 + weight);
+            if normals.len() == count as usize {
+                add_turned_away(&mut away, &points[first as usize..], &normals, &indices);
             }
             faces.extend(
                 indices
@@ -143,4 +140,14 @@ pub(super) fn read(
         return Err(broken("the file", "there are no meshes".into()));
     }
     Ok(parts)
+}
+
+/// Adds up how far the normals of a primitive turn away from its facets, and their areas.
+fn add_turned_away(sum: &mut (f64, f64), points: &[DVec3], normals: &[DVec3], indices: &[u32]) {
+    for face in indices.chunks_exact(3) {
+        let at = [0, 1, 2].map(|i| face[i] as usize);
+        let [a, b, c] = at.map(|i| points[i]);
+        let (off, weight) = turned_away((b - a).cross(c - a), &at.map(|i| normals[i]));
+        *sum = (sum.0 + off, sum.1 + weight);
+    }
 }

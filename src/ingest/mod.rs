@@ -190,8 +190,7 @@ pub fn load(scene: &Scene, path: &Path) -> Result<Bed, IngestError> {
     };
     let (low, high) = Bed::bounds_um(&meshes, &placements);
     let farthest_um = low.abs().max(high.abs()).max_element();
-    // Written so that what is no number fails too.
-    if !placements.is_empty() && !(farthest_um < FARTHEST_UM) {
+    if !placements.is_empty() && (farthest_um.is_nan() || farthest_um >= FARTHEST_UM) {
         return Err(IngestError::Far { path: path.to_owned(), farthest_um });
     }
     let domain = domain(scene, placed, &meshes, &placements)

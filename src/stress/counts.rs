@@ -96,6 +96,7 @@ pub(super) fn materials(setting: &Setting) -> Result<Row, Error> {
 }
 
 /// Recipes of no grain and of too many: what is known before Blender is started.
+#[expect(clippy::unnecessary_wraps, reason = "as all rows")]
 pub(super) fn grains_of_recipe(setting: &Setting) -> Result<Row, Error> {
     let mut points = Vec::new();
     for grains in setting.of(&[

@@ -228,7 +228,7 @@ pub(super) fn at_9_um() -> Grid {
     Grid::new(9.0, 9.0, 1.0).expect("a grid")
 }
 
-impl<'a> Stage<'a> {
+impl Stage<'_> {
     /// A scene around one mesh, traced at 9 um.
     pub(super) fn new(setting: &Setting, scene: Value, mesh: &Shape) -> Self {
         let files = vec![("mesh.obj", mesh.obj().into_bytes())];
