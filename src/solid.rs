@@ -143,7 +143,10 @@ impl Solid {
             .collect();
         for (i, one) in triangles.iter().enumerate() {
             for (j, two) in triangles.iter().enumerate().skip(i + 1) {
-                let meet = boxes[i].0.cmple(boxes[j].1).all() && boxes[j].0.cmple(boxes[i].1).all();
+                // The triangles of one face lie in a plane: rounding may fold them, no more.
+                let meet = one.face != two.face
+                    && boxes[i].0.cmple(boxes[j].1).all()
+                    && boxes[j].0.cmple(boxes[i].1).all();
                 if meet && self.cross(one, two) {
                     let (one, two) = (self.place(one.face), self.place(two.face));
                     return Some(format!("it passes through itself: {one} and {two} cross"));
