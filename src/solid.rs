@@ -45,7 +45,7 @@ impl Solid {
             return Some("it has no faces".into());
         }
         self.flat_face(&triangles)
-            .or_else(|| self.edge_fault(&triangles))
+            .or_else(|| self.edge_fault())
             .or_else(|| self.pieces(&triangles))
             .or_else(|| {
                 (self.volume_um3() <= 0.0)
@@ -94,12 +94,12 @@ impl Solid {
     }
 
     /// Every edge must be run along once in each direction.
-    fn edge_fault(&self, triangles: &[Triangle]) -> Option<String> {
+    fn edge_fault(&self) -> Option<String> {
         let mut edges: BTreeMap<(usize, usize), Vec<(bool, usize)>> = BTreeMap::new();
-        for Triangle { corners, face } in triangles {
-            for side in 0..3 {
-                let (a, b) = (corners[side], corners[(side + 1) % 3]);
-                edges.entry((a.min(b), a.max(b))).or_default().push((a < b, *face));
+        for (face, corners) in self.faces.iter().enumerate() {
+            for (i, &a) in corners.iter().enumerate() {
+                let b = corners[(i + 1) % corners.len()];
+                edges.entry((a.min(b), a.max(b))).or_default().push((a < b, face));
             }
         }
         let wrong = |words: &str, holds: fn(&[(bool, usize)]) -> bool| {
@@ -143,7 +143,10 @@ impl Solid {
             .collect();
         for (i, one) in triangles.iter().enumerate() {
             for (j, two) in triangles.iter().enumerate().skip(i + 1) {
-                let meet = boxes[i].0.cmple(boxes[j].1).all() && boxes[j].0.cmple(boxes[i].1).all();
+                // The triangles of one face lie in a plane: rounding may fold them, no more.
+                let meet = one.face != two.face
+                    && boxes[i].0.cmple(boxes[j].1).all()
+                    && boxes[j].0.cmple(boxes[i].1).all();
                 if meet && self.cross(one, two) {
                     let (one, two) = (self.place(one.face), self.place(two.face));
                     return Some(format!("it passes through itself: {one} and {two} cross"));
