@@ -191,13 +191,13 @@ mod tests {
             };
             drop(&mut packings, PILOT);
             let band = Band { emissivity: Estimate::of(&packings), ..Band::default() };
-            let plan = Plan::new(&[band], PILOT, 0.005);
+            let plan = Plan::new(&[band], PILOT, 0.002);
             drop(&mut packings, plan.packings);
-            held += u32::from(Estimate::of(&packings).mean.abs() <= 0.005);
+            held += u32::from(Estimate::of(&packings).mean.abs() <= 0.002);
         }
         let share = f64::from(held) / f64::from(runs);
-        // Two-sided 95 % of 4000 trials is +-.7 %; whole packings make it hold a little more often.
-        assert!((0.943..0.965).contains(&share), "{share}");
+        // Two-sided 95 % of 4000 trials is +-.7 %; whole packings, and a pilot that is enough, make it hold more often.
+        assert!((0.943..0.97).contains(&share), "{share}");
     }
 
     #[test]

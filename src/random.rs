@@ -66,7 +66,7 @@ pub enum Point {
     /// Of a sequence.
     Even(Even),
     /// Of independent numbers.
-    Independent(Stream),
+    Independent(Box<Stream>),
 }
 
 /// A place in a scrambled sequence.
@@ -98,7 +98,7 @@ impl Points {
         (first..end).map(move |number| {
             let replicate = (number % REPLICATES as u64) as usize;
             if self.sampler == Sampler::Independent {
-                return (replicate, Point::Independent(self.source.stream(number)));
+                return (replicate, Point::Independent(Box::new(self.source.stream(number))));
             }
             let index = number / REPLICATES as u64;
             if index / SEQUENCE != stretch {

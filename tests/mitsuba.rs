@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use soilsig::course::{Course, Facet, MOST_HITS};
 use soilsig::export::{self, To};
 use soilsig::histogram::{Histogram, Mean};
-use soilsig::random::Purpose;
+use soilsig::random::{Purpose, Sampler};
 use soilsig::scene::Scene;
 use soilsig::tally::Kept;
 use soilsig::trace;
@@ -76,6 +76,7 @@ fn ours(path: &Path) -> Vec<Mean> {
     let course = Course {
         kept: Kept::PLAIN,
         facets: vec![Facet::LAMBERTIAN; 3],
+        sampler: Sampler::Even,
         most_hits: MOST_HITS,
         greatest: vec![1.0; 3],
         least_weight: 0.0,

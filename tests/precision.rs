@@ -8,7 +8,7 @@ use soilsig::bvh::Accelerator;
 use soilsig::course::{Course, Facet};
 use soilsig::geometry::{Bed, Domain, Mesh, Placement};
 use soilsig::ingest;
-use soilsig::random::Purpose;
+use soilsig::random::{Purpose, Sampler};
 use soilsig::scene::{Scene, Sides};
 use soilsig::tally::{Kept, Tally};
 use soilsig::tracer::Tracer;
@@ -58,7 +58,9 @@ fn bed(meshes: Vec<Mesh>, placements: Vec<Placement>, min_um: DVec3, max_um: DVe
 fn trace(bed: Bed, most_hits: u16, paths: u64) -> Tally {
     let facets = vec![Facet::LAMBERTIAN; bed.materials];
     let greatest = vec![1.0; bed.materials];
-    let course = Course { kept: Kept::PLAIN, facets, most_hits, greatest, least_weight: 0.0 };
+    let sampler = Sampler::Even;
+    let course =
+        Course { kept: Kept::PLAIN, facets, sampler, most_hits, greatest, least_weight: 0.0 };
     Tracer::new(bed).trace(&course, 3, Purpose::Result, 0..paths, &|_| ()).expect("traced")
 }
 

@@ -220,7 +220,7 @@ impl Maker<'_> {
     /// Traces a bed with the materials and view of the recipe's scene, whose spectra are beside `path`.
     fn traced(&self, scene: &Scene, bed: &Path, path: &Path, seed: u64) -> Result<Table, Error> {
         let geometry = Scene::read(bed)?.geometry;
-        let placed = Scene { geometry, seed, ..scene.clone() };
+        let placed = Scene { seed, geometry, ..scene.clone() };
         let tracer = trace::tracer(&placed, bed)?;
         let materials = trace::materials(&placed, path)?;
         trace::trace_with(&tracer, &placed, bed, materials, self.grid, Target::of(RAYS))

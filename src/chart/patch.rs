@@ -57,7 +57,7 @@ pub fn patch(
     told("reference");
     let paths = if quick { QUICK_REFERENCE } else { REFERENCE };
     let course = patch.course.clone().ending_below(TOLERANCE / 500.0, &patch.bands);
-    let exact = patch.histogram(&tracer, &course, REFERENCE_SEED, paths)?;
+    let exact = histogram(&tracer, &course, REFERENCE_SEED, paths)?;
     let means: Vec<_> = patch.bands.iter().map(|band| exact.weight(band)).collect();
     let reference = Reference {
         made_of: format!("{paths} paths of another seed"),
@@ -113,7 +113,7 @@ pub fn patch(
         patch.course.clone().ending_below(Target::of(TOLERANCE).least_weight(), &patch.bands);
     for stride in [2, 5, 10, 20, 50] {
         let runs = repeated(|seed| {
-            let histogram = patch.histogram(&tracer, &course, seed, STEP_PATHS)?;
+            let histogram = histogram(&tracer, &course, seed, STEP_PATHS)?;
             Ok(patch.interpolated(&histogram, stride))
         })?;
         let step = format!("{:.3} um, {STEP_PATHS} paths", grid.step_um() * stride as f64);
@@ -131,18 +131,12 @@ fn repeated(run: impl Fn(u64) -> Result<Vec<f64>, Error>) -> Result<Vec<Run>, Er
         .collect()
 }
 
-impl Patch<'_> {
-    fn histogram(
-        &self,
-        tracer: &Tracer,
-        course: &Course,
-        seed: u64,
-        paths: u64,
-    ) -> Result<Histogram, Error> {
-        let tally = tracer.trace(course, seed, Purpose::Result, 0..paths, &|_| ())?;
-        Ok(Histogram::of(&tally))
-    }
+fn histogram(tracer: &Tracer, course: &Course, seed: u64, paths: u64) -> Result<Histogram, Error> {
+    let tally = tracer.trace(course, seed, Purpose::Result, 0..paths, &|_| ())?;
+    Ok(Histogram::of(&tally))
+}
 
+impl Patch<'_> {
     fn traced(
         &self,
         tracer: &Tracer,
@@ -150,7 +144,7 @@ impl Patch<'_> {
         seed: u64,
         paths: u64,
     ) -> Result<Vec<f64>, Error> {
-        let histogram = self.histogram(tracer, course, seed, paths)?;
+        let histogram = histogram(tracer, course, seed, paths)?;
         Ok(self.bands.iter().map(|band| 1.0 - histogram.weight(band).mean).collect())
     }
 

@@ -31,7 +31,7 @@ impl Decades {
         let (low, high) =
             logs.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
         let room = 0.05 * (high - low).max(1.0);
-        low.is_finite().then(|| Self { low: low - room, high: high + room, from, to })
+        low.is_finite().then_some(Self { low: low - room, high: high + room, from, to })
     }
 
     /// What is not above 0 is put at the lower end.

@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_4;
 
 use soilsig::course::{Course, Facet, MOST_HITS};
-use soilsig::random::Purpose;
+use soilsig::random::{Purpose, Sampler};
 use soilsig::tally::{Kept, Tally};
 use soilsig::tracer::Tracer;
 
@@ -15,6 +15,7 @@ fn trace(zenith_deg: f64) -> Tally {
     let course = Course {
         kept: Kept::PLAIN,
         facets: vec![Facet::LAMBERTIAN; 2],
+        sampler: Sampler::Even,
         most_hits: MOST_HITS,
         greatest: vec![1.0; 2],
         least_weight: 0.0,

@@ -4,7 +4,7 @@ use glam::DVec3;
 use soilsig::course::{Course, Facet, MOST_HITS};
 use soilsig::geometry::Bed;
 use soilsig::histogram::{Histogram, Mean, Sources};
-use soilsig::random::Purpose;
+use soilsig::random::{Purpose, Sampler};
 use soilsig::tally::{Kept, Tally};
 use soilsig::tracer::Tracer;
 
@@ -79,6 +79,7 @@ fn traced(
     let course = Course {
         kept,
         facets: vec![Facet::LAMBERTIAN; bed.materials],
+        sampler: Sampler::Even,
         most_hits: MOST_HITS,
         greatest: vec![1.0; bed.materials],
         least_weight: 0.0,
