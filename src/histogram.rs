@@ -8,6 +8,7 @@ use std::collections::HashMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::packings::quantile_95;
 use crate::random::REPLICATES;
 use crate::tally::{Kept, PARTS, State, Tally};
 
@@ -33,7 +34,8 @@ pub struct Histogram {
 pub struct Mean {
     /// The mean; what trapped paths leave open counts with half of its bound.
     pub mean: f64,
-    /// Standard error of the mean, from the spread between replicates.
+    /// Standard error of the mean, from the spread between replicates; of fewer than there are so much more that
+    /// [`T_95`] holds of it.
     pub standard_error: f64,
     /// Half of what trapped paths leave open: the mean is known no better than that.
     pub trapped: f64,
@@ -375,7 +377,10 @@ impl Sums {
         } else {
             let squares: f64 =
                 self.value.iter().zip(met).map(|(sum, met)| (sum - mean * met).powi(2)).sum();
-            (squares * replicates / (replicates - 1.0)).sqrt() / paths
+            // Fewer replicates than there are know less of their spread than `T_95` takes for granted.
+            let all = replicates as usize == REPLICATES;
+            let unsure = if all { 1.0 } else { quantile_95(replicates as usize) / T_95 };
+            (squares * replicates / (replicates - 1.0)).sqrt() / paths * unsure
         };
         Mean { mean, standard_error, trapped: self.open / paths }
     }
@@ -406,7 +411,8 @@ mod tests {
         let mean = (sums[0] + sums[1]) / 40.0;
         assert!((weight.mean - mean).abs() < 1e-15);
         let squares = (sums[0] - 10.0 * mean).powi(2) + (sums[1] - 30.0 * mean).powi(2);
-        assert!((weight.standard_error - (2.0 * squares).sqrt() / 40.0).abs() < 1e-15);
+        let unsure = quantile_95(2) / T_95;
+        assert!((weight.standard_error - (2.0 * squares).sqrt() / 40.0 * unsure).abs() < 1e-14);
         assert!((weight.trapped - 4.0 * 0.125 / 40.0).abs() < 1e-15);
         assert_eq!((histogram.paths(), histogram.given_up()), (8.0, 0.8));
     }

@@ -7,7 +7,6 @@
 mod packings;
 mod patch;
 
-use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
@@ -184,21 +183,30 @@ impl Trade {
     /// Writes `chart.csv`, `chart.svg` and `chart.png` into a folder.
     pub fn write(&self, tolerance: f64, folder: &Path) -> Result<(), Error> {
         output::folder(folder)?;
-        let mut csv = String::from(
-            "level,setting,repeats,wall_s,cpu_s,rms_error,worst_band_error,bias,reference_rms,\
-             reference_worst_band\n",
-        );
-        let (floor, worst_floor) = (self.reference.floor(), self.reference.worst_floor());
-        for s in &self.settings {
+        let heads = [
+            "level",
+            "setting",
+            "repeats",
+            "wall_s",
+            "cpu_s",
+            "rms_error",
+            "worst_band_error",
+            "bias",
+            "reference_rms",
+            "reference_worst_band",
+        ];
+        let floors = [self.reference.floor(), self.reference.worst_floor()];
+        let rows = self.settings.iter().map(|s| {
             let Took { wall_s, cpu_s } = s.took;
-            writeln!(
-                csv,
-                "{},{},{},{wall_s:.6},{cpu_s:.6},{:.7},{:.7},{:.7},{floor:.7},{worst_floor:.7}",
-                s.level, s.setting, s.repeats, s.rms, s.worst, s.bias
-            )
-            .expect("a String takes all");
-        }
-        output::bytes(&folder.join("chart.csv"), csv.as_bytes())?;
+            let numbers = [wall_s, cpu_s, s.rms, s.worst, s.bias, floors[0], floors[1]];
+            let words = [s.level.clone(), s.setting.clone(), s.repeats.to_string()];
+            words.into_iter().chain(numbers.map(|x| format!("{x:.7}"))).collect::<Vec<_>>()
+        });
+        let mut csv = csv::Writer::from_writer(Vec::new());
+        csv.write_record(heads).expect("a Vec takes all");
+        rows.for_each(|row| csv.write_record(row).expect("a Vec takes all"));
+        let csv = csv.into_inner().expect("a Vec takes all");
+        output::bytes(&folder.join("chart.csv"), &csv)?;
         let svg = plot::trade_svg(self, tolerance, &machine())?;
         output::bytes(&folder.join("chart.svg"), svg.as_bytes())?;
         let png = plot::png(&svg, PIXELS_PER_UNIT)?;
