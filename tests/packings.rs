@@ -97,3 +97,24 @@ fn packings_replay_to_the_byte() {
         assert!(said.contains(&format!("{file}: the same")), "{said}");
     }
 }
+
+#[test]
+fn a_pilot_tells_how_many_packings_the_tolerance_takes() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(blender) = support::real_blenders().into_iter().next() else { return };
+    let args = ["pipeline", "--scene", &small(), "--packings", "auto", "--out", "r", "--json"];
+    let run = soilsig(folder.path(), &blender, &[&args[..], &["--tolerance", "0.014"]].concat());
+    let record: Value = serde_json::from_str(&run).expect("JSON");
+    let reached = &record["reached"]["settled_patch"];
+    let plan = &reached["plan"];
+    assert_eq!((&record["options"]["packings"], &plan["pilot"]), (&"auto".into(), &6.into()));
+    let spread = plan["spread"].as_f64().expect("a number");
+    // What paths given up leave open takes a little of the tolerance.
+    let least = (quantile_95(6) * spread / 0.014).powi(2).ceil();
+    let wanted = plan["wanted"].as_u64().expect("a number");
+    assert!(wanted > 6 && (least..=1.3 * least + 1.0).contains(&(wanted as f64)), "{plan}");
+    assert_eq!((&plan["packings"], &reached["packings"]), (&plan["wanted"], &plan["wanted"]));
+    assert_eq!(reached["tolerance_reached"], true);
+    let beds = fs::read_dir(folder.path().join("r/packings")).expect("written").count();
+    assert_eq!(beds as u64, wanted);
+}
