@@ -11,8 +11,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use serde_json::Value;
+use soilsig::scene::Scene;
 
 /// What the program printed: JSON, or words.
 fn soilsig(folder: &Path, blender: &Path, args: &[&str]) -> Value {
@@ -255,6 +257,47 @@ fn the_bed_is_what_the_recipe_asks_for() {
     }
 }
 
+/// Blender's own reader finds the bed of the .obj with its instances in the .glb.
+fn assert_blender_opens_the_bed(blender: &Path, out: &Path) {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/readers/open_glb.py");
+    let mut command = Command::new(blender);
+    command.env_clear().env("PATH", "/usr/bin:/bin");
+    if !blender.file_name().is_some_and(|name| name.to_string_lossy().contains("python")) {
+        command.args(["--background", "--factory-startup", "-noaudio"]);
+        command.args(["--python-exit-code", "13", "--python"]);
+    }
+    let output =
+        command.arg(script).arg("--").arg(out.join("scene.glb")).output().expect("it runs");
+    let said = String::from_utf8_lossy(&output.stdout);
+    let found = said.lines().find_map(|line| line.strip_prefix("OPENED "));
+    let found: Value =
+        serde_json::from_str(found.unwrap_or_else(|| panic!("{said}"))).expect("JSON");
+
+    let path = out.join("scene.json");
+    let scene = Scene::read(&path).expect("it is sound");
+    let tracer = soilsig::trace::tracer(&scene, &path).expect("its meshes are");
+    let bed = tracer.bed();
+    assert_eq!(found["triangles"], bed.triangles());
+    assert_eq!(found["materials"], serde_json::json!(["coarse", "fine"]));
+    let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for place in &bed.placements {
+        for vertex in &bed.meshes[place.mesh].vertices {
+            let point = place.to_scene.transform_point3(vertex.as_dvec3()).to_array();
+            for axis in 0..3 {
+                min[axis] = min[axis].min(point[axis]);
+                max[axis] = max[axis].max(point[axis]);
+            }
+        }
+    }
+    for (key, ours) in [("min_um", min), ("max_um", max)] {
+        for axis in 0..3 {
+            let theirs = found[key][axis].as_f64().expect("a number");
+            // Single precision of metres, two to three millimetres from the origin.
+            assert!((theirs - ours[axis]).abs() < 0.01, "{key}: {} and {ours:?}", found[key]);
+        }
+    }
+}
+
 /// The .glb is the same bed as the .obj with its instances: the same curve, by other files.
 #[test]
 fn the_glb_gives_the_signature_of_the_obj() {
@@ -264,6 +307,7 @@ fn the_glb_gives_the_signature_of_the_obj() {
         let args =
             ["pipeline", "--scene", &shipped("small.json"), "--out", out.to_str().expect("UTF-8")];
         soilsig(folder.path(), &blender, &args);
+        assert_blender_opens_the_bed(&blender, &out);
         let path = out.join("scene.json");
         let mut scene: Value =
             serde_json::from_str(&fs::read_to_string(&path).expect("written")).expect("JSON");
