@@ -7,33 +7,14 @@ mod scenes;
 
 use std::collections::HashMap;
 use std::fs;
+#[path = "support/vectors.rs"]
+mod vectors;
+
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde_json::Value;
-
-type V = [f64; 3];
-
-fn sub(a: V, b: V) -> V {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn cross(a: V, b: V) -> V {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn dot(a: V, b: V) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn along(o: V, t: f64, d: V) -> V {
-    [o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]]
-}
-
-fn unit(a: V) -> V {
-    let length = dot(a, a).sqrt();
-    a.map(|x| x / length)
-}
+use vectors::{V, along, cross, dot, sub, unit};
 
 struct Triangle {
     a: V,

@@ -5,13 +5,14 @@
 
 #[path = "support/scenes.rs"]
 mod scenes;
+#[path = "support/vectors.rs"]
+mod vectors;
 
 use std::fmt::Write as _;
 use std::fs;
 
 use serde_json::json;
-
-type V = [f64; 3];
+use vectors::{V, along, cross, dot, sub, unit};
 
 /// Side of the square domain, um, whose sides are mirrors.
 const SIDE: f64 = 100.0;
@@ -19,27 +20,6 @@ const TOP: f64 = 60.0;
 const PHOTONS: u64 = 400_000;
 /// Reflectance of the pyramids and of the ground.
 const RHO: [f64; 2] = [0.8, 0.5];
-
-fn sub(a: V, b: V) -> V {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn cross(a: V, b: V) -> V {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn dot(a: V, b: V) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn along(o: V, t: f64, d: V) -> V {
-    [o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]]
-}
-
-fn unit(a: V) -> V {
-    let length = dot(a, a).sqrt();
-    a.map(|x| x / length)
-}
 
 /// Steep pyramids, one leaning over, that throw light at each other.
 fn triangles() -> Vec<[V; 3]> {
