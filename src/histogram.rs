@@ -113,20 +113,27 @@ const POWERS: usize = 64;
 impl Histogram {
     /// The histogram of a tally.
     pub fn of(tally: &Tally) -> Self {
-        Self {
-            kept: tally.kept(),
-            parts: PARTS,
-            escaped: grouped(&tally.escaped),
-            trapped: grouped(&tally.trapped),
-        }
+        Self::grouped(tally.kept(), &tally.escaped, &tally.trapped)
     }
 
-    /// The counts as they were before they were grouped; of the tally nothing else.
-    pub(crate) fn tally(&self, materials: usize) -> Tally {
-        let mut tally = Tally::new(materials, self.kept);
-        for (into, from) in
-            [(&mut tally.escaped, &self.escaped), (&mut tally.trapped, &self.trapped)]
-        {
+    /// The same with the cells of the view in place of replicates; `None` where the view has none.
+    pub fn by_cell(tally: &Tally) -> Option<Self> {
+        let [escaped, trapped] = &tally.by_cell;
+        let any = !escaped.is_empty() || !trapped.is_empty();
+        any.then(|| Self::grouped(tally.kept(), escaped, trapped))
+    }
+
+    fn grouped(kept: Kept, escaped: &HashMap<State, u64>, trapped: &HashMap<State, u64>) -> Self {
+        Self { kept, parts: PARTS, escaped: grouped(escaped), trapped: grouped(trapped) }
+    }
+
+    /// Puts the counts back as they were before they were grouped.
+    pub(crate) fn ungroup(
+        &self,
+        escaped: &mut HashMap<State, u64>,
+        trapped: &mut HashMap<State, u64>,
+    ) {
+        for (into, from) in [(escaped, &self.escaped), (trapped, &self.trapped)] {
             for (state, counts) in from {
                 for &(replicate, count) in counts {
                     let key = state.iter().copied().chain([replicate]).collect();
@@ -134,12 +141,29 @@ impl Histogram {
                 }
             }
         }
-        tally
     }
 
     /// A histogram of no path.
     pub const fn empty(kept: Kept) -> Self {
         Self { kept, parts: PARTS, escaped: Vec::new(), trapped: Vec::new() }
+    }
+
+    /// As JSON of an object one level deep in another, one state a line.
+    pub(crate) fn json(&self) -> String {
+        let plain = "a histogram is plain data";
+        let kept = serde_json::to_string(&self.kept).expect(plain);
+        let [escaped, trapped] = [&self.escaped, &self.trapped].map(|states| {
+            let lines: Vec<String> = states
+                .iter()
+                .map(|state| format!("\n      {}", serde_json::to_string(state).expect(plain)))
+                .collect();
+            let end = if lines.is_empty() { "" } else { "\n    " };
+            format!("[{}{end}]", lines.join(","))
+        });
+        format!(
+            "{{\n    \"kept\": {kept},\n    \"parts\": {},\n    \"escaped\": {escaped},\n    \"trapped\": {trapped}\n  }}",
+            self.parts
+        )
     }
 
     /// Mean number of hits of a path; of one that was given up those that it had.
@@ -220,6 +244,13 @@ impl Histogram {
     /// The directional-hemispherical reflectance of the bed: 1 less its emissivity (Kirchhoff).
     pub fn weight(&self, reflectance: &[f64]) -> Mean {
         self.weights(reflectance).mean(&self.met(), 1.0)
+    }
+
+    /// The mean weight of each of the first `N` groups, replicates or cells; of one without paths that of all.
+    pub fn weight_of_groups<const N: usize>(&self, reflectance: &[f64]) -> [f64; N] {
+        let (sums, met) = (self.weights(reflectance), self.met());
+        let mean = sums.value.iter().sum::<f64>() / met.iter().sum::<f64>();
+        std::array::from_fn(|i| if met[i] > 0.0 { sums.value[i] / met[i] } else { mean })
     }
 
     /// How much less weight the paths of `other` bring to the sky, where both took the same points: its error is

@@ -36,6 +36,7 @@ pub mod output;
 
 pub mod beds;
 pub mod blender;
+pub mod budget;
 pub mod bvh;
 pub mod cache;
 pub mod chart;

@@ -10,6 +10,7 @@ use sha2::{Digest, Sha256};
 
 use crate::beds::Order;
 use crate::blender;
+use crate::budget::Budget;
 use crate::cache::{Cache, Made};
 use crate::course::Course;
 use crate::error::Error;
@@ -254,8 +255,12 @@ impl<'a> Run<'a> {
             _ => None,
         };
         let bands = self.signature(&scene, &tables, &wavelengths_um)?;
+        let drawn = matches!(scene.geometry, SceneGeometry::Packing(_));
+        let budget = Budget::new(&tables, &bands, drawn)?;
+        output::bytes(&self.place("budget.csv"), budget.csv_text().as_bytes())?;
+        self.wrote("budget.csv")?;
         self.picture(&mut beds[0], &tables[0])?;
-        let mut reached = report::reached(&tables, &bands, self.options.tolerance);
+        let mut reached = report::reached(&tables, &bands, &budget, self.options.tolerance);
         if let Some(plan) = plan {
             reached.tolerance_reached = plan.packings >= plan.wanted;
         }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::budget::Share;
 use crate::coverage::Cover;
 use crate::error::Error;
 use crate::features::Features;
@@ -150,6 +151,11 @@ pub struct Reached {
     /// The field of the first packing, if there is one, and whether it is needed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub field: Option<InField>,
+    /// Where the uncertainty comes from, in the band where all of it is widest; `budget.csv` has every band.
+    pub budget: Share,
+    /// Materials whose spectra come without an error: their share is not in `budget.spectra`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub spectra_unknown: Vec<String>,
     /// Most that any band's emissivity changes between a black and a white floor.
     pub floor_effect: Option<f64>,
     /// What speaks against the result.

@@ -3,14 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use rayon::prelude::*;
-
+use crate::budget::Budget;
 use crate::coverage;
 use crate::error::Error;
 use crate::features::{Features, features};
 use crate::in_field::InField;
 use crate::output;
-use crate::packings::{Estimate, half_width, wanted};
+use crate::packings::{half_width, wanted};
 use crate::plot::{self, Chart, Curve};
 use crate::radiometry::{Assumed, Method, Retrieved, masked_um, separate};
 use crate::record::{FeatureErrors, Reached, Retrieval, Separation};
@@ -23,7 +22,7 @@ use crate::tally::PARTS;
 pub const PIXELS_PER_UNIT: f32 = 2.0;
 
 /// The numbers of a scene's packings; the tolerance is that of the mean over them.
-pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
+pub fn reached(packings: &[Table], bands: &[Band], budget: &Budget, tolerance: f64) -> Reached {
     let paths: u64 = packings.iter().map(|table| table.paths).sum();
     let met: u64 = packings.iter().map(Table::met).sum();
     let share =
@@ -35,7 +34,7 @@ pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
         .max_by(|a, b| a.emissivity.half_width.total_cmp(&b.emissivity.half_width))
         .expect("there is at least one band");
     let e = widest.emissivity;
-    let floor_effect = floor_effect(packings, bands);
+    let floor_effect = budget.floor_effect;
     let rays_reached = packings.iter().all(|table| table.stop.reached);
     Reached {
         packings: packings.len(),
@@ -76,6 +75,8 @@ pub fn reached(packings: &[Table], bands: &[Band], tolerance: f64) -> Reached {
         ended_by: packings[0].stop.ended_by,
         inside: share(&|table| table.inside.iter().map(|inside| inside.paths as f64).sum()),
         field: InField::mean(packings),
+        budget: budget.widest(),
+        spectra_unknown: budget.spectra_unknown.clone(),
         floor_effect,
         remarks: remarks::of_result(packings, bands, tolerance, floor_effect),
         retrieval: retrieval(&packings[0], bands, Assumed::EXACT),
@@ -134,24 +135,6 @@ fn feature_errors(packings: &[Table], wavelengths_um: &[f64]) -> Option<FeatureE
         mean_8_to_9p5_um: error(&|f| f.mean_8_to_9p5_um),
         mean_10_to_12_um: error(&|f| f.mean_10_to_12_um),
     })
-}
-
-/// Most that any band changes between a black and a white floor: what is left of the tray in the
-/// result. `None` where there is no floor, or where something else is made of its material.
-fn floor_effect(packings: &[Table], bands: &[Band]) -> Option<f64> {
-    let table = &packings[0];
-    let floor = table.floor?;
-    let wavelengths: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
-    let cosines = usize::from(table.histogram.kept.cosines);
-    let reflectances = table.reflectances(&wavelengths).ok()?;
-    let effect = reflectances.into_par_iter().map(|mut reflectance| {
-        let [black, white] = [0.0, 1.0].map(|rho| {
-            reflectance[floor * cosines..(floor + 1) * cosines].fill(rho);
-            Estimate::emissivity(packings, &reflectance).mean
-        });
-        black - white
-    });
-    Some(effect.reduce(|| 0.0, f64::max))
 }
 
 /// The chart of one scene's signature or of several.

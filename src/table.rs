@@ -144,6 +144,9 @@ pub struct Table {
     pub remarks: Vec<Remark>,
     /// What the paths did.
     pub histogram: Histogram,
+    /// The same by cells of the view in place of replicates, where the target fills the view.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cells: Option<Histogram>,
 }
 
 /// What of a table is read first.
@@ -309,6 +312,7 @@ impl Table {
             material.first_hits = count;
         }
         self.histogram = Histogram::of(tally);
+        self.cells = Histogram::by_cell(tally);
     }
 
     /// The counts as a tally, which more can be added to.
@@ -319,7 +323,12 @@ impl Table {
         let number = |name: &str| {
             mesh_names.iter().position(|known| *known == name).expect("the meshes are the same")
         };
-        let mut tally = self.histogram.tally(self.materials.len());
+        let mut tally = Tally::new(self.materials.len(), self.histogram.kept);
+        self.histogram.ungroup(&mut tally.escaped, &mut tally.trapped);
+        if let Some(cells) = &self.cells {
+            let [escaped, trapped] = &mut tally.by_cell;
+            cells.ungroup(escaped, trapped);
+        }
         tally.paths = self.paths;
         tally.missed = self.missed;
         tally.escaped_downward = self.escaped_downward;
@@ -374,6 +383,7 @@ impl Table {
             coverage: BTreeMap::new(),
             materials: self.materials.iter().map(TableMaterial::uncounted).collect(),
             histogram: Histogram::empty(self.histogram.kept),
+            cells: None,
             ..self.clone()
         }
     }
@@ -465,9 +475,14 @@ impl Table {
             )));
         }
         let table: Self = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
-        table.histogram.check(table.materials.len()).map_err(wrong)?;
-        if table.histogram.paths() + table.missed as f64 != table.paths as f64 {
-            return Err(wrong("the states do not add up to the paths".into()));
+        for histogram in [Some(&table.histogram), table.cells.as_ref()].into_iter().flatten() {
+            histogram.check(table.materials.len()).map_err(wrong)?;
+            if histogram.kept != table.histogram.kept {
+                return Err(wrong("cells keep something else than replicates".into()));
+            }
+            if histogram.paths() + table.missed as f64 != table.paths as f64 {
+                return Err(wrong("the states do not add up to the paths".into()));
+            }
         }
         if table.numbers[1].checked_sub(table.numbers[0]) != Some(table.paths) {
             return Err(wrong("the numbers of the paths are not as many as the paths".into()));
@@ -540,22 +555,16 @@ impl Table {
 
     /// Writes the table as JSON, one state a line.
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
-        let Histogram { kept, escaped, trapped, .. } = &self.histogram;
-        let head = Self { histogram: Histogram::empty(*kept), ..self.clone() };
+        let histogram = Histogram::empty(self.histogram.kept);
+        let head = Self { histogram, cells: None, ..self.clone() };
         let mut text = serde_json::to_string_pretty(&head).expect("a table is plain data");
-        for (key, states) in [("escaped", escaped), ("trapped", trapped)] {
-            let lines: Vec<String> = states
-                .iter()
-                .map(|state| format!("      {}", serde_json::to_string(state).expect("plain data")))
-                .collect();
-            if !lines.is_empty() {
-                text = text.replace(
-                    &format!("\"{key}\": []"),
-                    &format!("\"{key}\": [\n{}\n    ]", lines.join(",\n")),
-                );
-            }
+        // The histograms come last.
+        text.truncate(text.rfind("\n  \"histogram\"").expect("it is in there"));
+        text += &format!("\n  \"histogram\": {}", self.histogram.json());
+        if let Some(cells) = &self.cells {
+            text += &format!(",\n  \"cells\": {}", cells.json());
         }
-        text.push('\n');
+        text += "\n}\n";
         output::bytes(path, text.as_bytes())
     }
 }

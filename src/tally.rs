@@ -64,6 +64,9 @@ fn bin(bins: u16, value: f64) -> u16 {
 /// of the path there. More parts cost more rays than they save (docs/tracer.md).
 pub const PARTS: u64 = 5;
 
+/// Cells of the view along x and along y: a bed's own parts, whose spread tells what such beds differ by.
+pub const CELLS: u16 = 4;
+
 /// Counts over some paths. Integers throughout, so that parts add up to the same whole in any
 /// order.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -77,6 +80,8 @@ pub struct Tally {
     pub escaped: HashMap<State, u64>,
     /// Parts of paths that were given up, in the same form.
     pub trapped: HashMap<State, u64>,
+    /// Both again, escaped and trapped, with the cell of the view that the path began in in place of the replicate.
+    pub by_cell: [HashMap<State, u64>; 2],
     /// Parts of paths that left for the sky downward, past the target's lower side.
     pub escaped_downward: u64,
     /// What the sensor sees: first hits on each material.
@@ -93,6 +98,7 @@ pub struct Tally {
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 struct Current {
     replicate: u16,
+    cell: Option<u16>,
     hits: u16,
     /// Parts of the path that are still under way.
     parts: u64,
@@ -111,6 +117,7 @@ impl Tally {
             missed: 0,
             escaped: HashMap::new(),
             trapped: HashMap::new(),
+            by_cell: [HashMap::new(), HashMap::new()],
             escaped_downward: 0,
             first_hits: vec![0; materials],
             inside: BTreeMap::new(),
@@ -124,10 +131,11 @@ impl Tally {
         self.kept
     }
 
-    /// Starts a path.
-    pub(crate) fn begin(&mut self, replicate: usize) {
+    /// Starts a path; `cell` is that of the view, if the view has any.
+    pub(crate) fn begin(&mut self, replicate: usize, cell: Option<u16>) {
         self.paths += 1;
         self.current.replicate = replicate as u16;
+        self.current.cell = cell;
         self.current.hits = 0;
         self.current.parts = PARTS;
         self.current.state.clear();
@@ -169,7 +177,7 @@ impl Tally {
         self.escaped_downward += if cosine < 0.0 { parts } else { 0 };
         let zenith = (self.kept.zeniths > 1)
             .then(|| bin(self.kept.zeniths, cosine.clamp(0.0, 1.0).acos() / FRAC_PI_2));
-        count(&mut self.escaped, self.current.key(self.kept, zenith), parts);
+        self.current.count(self.kept, zenith, parts, &mut self.escaped, &mut self.by_cell[0]);
     }
 
     /// What is left of the current path reaches the sky.
@@ -180,7 +188,7 @@ impl Tally {
     /// What is left of the current path is given up.
     pub(crate) fn trapped(&mut self) {
         let parts = self.current.parts;
-        count(&mut self.trapped, self.current.key(self.kept, None), parts);
+        self.current.count(self.kept, None, parts, &mut self.trapped, &mut self.by_cell[1]);
     }
 
     /// The same since it is inside a solid.
@@ -195,9 +203,13 @@ impl Tally {
         self.missed += other.missed;
         self.escaped_downward += other.escaped_downward;
         self.hits += other.hits;
-        for (into, from) in
-            [(&mut self.escaped, &other.escaped), (&mut self.trapped, &other.trapped)]
-        {
+        let [escaped, trapped] = &mut self.by_cell;
+        for (into, from) in [
+            (&mut self.escaped, &other.escaped),
+            (&mut self.trapped, &other.trapped),
+            (escaped, &other.by_cell[0]),
+            (trapped, &other.by_cell[1]),
+        ] {
             for (state, &number) in from {
                 count(into, state, number);
             }
@@ -212,8 +224,15 @@ impl Tally {
 }
 
 impl Current {
-    /// What the path is counted under if it ends here.
-    fn key(&mut self, kept: Kept, zenith: Option<u16>) -> &[u16] {
+    /// Counts what of the path ends here.
+    fn count(
+        &mut self,
+        kept: Kept,
+        zenith: Option<u16>,
+        parts: u64,
+        counts: &mut HashMap<State, u64>,
+        by_cell: &mut HashMap<State, u64>,
+    ) {
         self.key.clear();
         self.key.extend_from_slice(&self.state);
         if kept.lists() && !kept.order {
@@ -221,7 +240,11 @@ impl Current {
         }
         self.key.extend(zenith);
         self.key.push(self.replicate);
-        &self.key
+        count(counts, &self.key, parts);
+        if let (Some(cell), Some(group)) = (self.cell, self.key.last_mut()) {
+            *group = cell;
+            count(by_cell, &self.key, parts);
+        }
     }
 }
 

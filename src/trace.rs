@@ -163,6 +163,7 @@ pub(crate) fn untraced(
         coverage: coverage(tracer, scene),
         remarks: remarks::of_bed(tracer, longest_um, scene.seed),
         histogram: Histogram::empty(course.kept),
+        cells: None,
     })
 }
 

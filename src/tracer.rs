@@ -17,7 +17,7 @@ use crate::geometry::Bed;
 use crate::interrupt;
 use crate::random::{Point, Points, Purpose};
 use crate::scene::Sides;
-use crate::tally::{PARTS, Tally};
+use crate::tally::{CELLS, PARTS, Tally};
 
 /// Paths that one thread traces at a go. Fixed, so that the work is cut the same way for any number of
 /// threads.
@@ -115,8 +115,10 @@ impl Tracer {
                 let first = numbers.start + block * BLOCK;
                 let end = (first + BLOCK).min(numbers.end);
                 for (replicate, mut point) in points.of(first, end) {
-                    tally.begin(replicate);
-                    self.path(course, &mut point, &mut tally);
+                    let place = point.pair();
+                    tally.begin(replicate, self.cell(place));
+                    let ray = self.field.start(place, || point.pair());
+                    self.follow(course, ray, &mut point, &mut tally);
                 }
                 progress(end - first);
                 Ok(tally)
@@ -127,10 +129,10 @@ impl Tracer {
             })
     }
 
-    /// One path, from the sensor until it leaves for the sky or is given up.
-    fn path(&self, course: &Course, random: &mut Point, tally: &mut Tally) {
-        let ray = self.field.start(random.pair(), || random.pair());
-        self.follow(course, ray, random, tally);
+    /// The cell of the view at a place of it, where the target fills the view.
+    fn cell(&self, place: [f64; 2]) -> Option<u16> {
+        let [x, y] = place.map(|at| (at * f64::from(CELLS)) as u16);
+        (self.bed.domain.sides != Sides::Open).then_some(x + CELLS * y)
     }
 
     /// One path of a camera, whose ray is given in the coordinates of the scene and comes from above; a ray that never

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use crate::budget::Share;
 use crate::chart::Trade;
 use crate::coverage::Cover;
 use crate::in_field::InField;
@@ -104,10 +105,7 @@ pub fn reached(r: &Reached) -> String {
         let _ = writeln!(text, "  planned: {}", plan(of, r.tolerance));
     }
     let _ = match r.spread {
-        None => writeln!(
-            text,
-            "  the interval is the noise of the rays on this one packing; packings differ by more: see --packings"
-        ),
+        None => writeln!(text, "  that is the noise of the rays on this one bed"),
         Some(spread) => writeln!(
             text,
             "  {} packings with a standard deviation of {spread:.4}; of the variance {:.0} % are theirs, \
@@ -117,6 +115,7 @@ pub fn reached(r: &Reached) -> String {
             100.0 * r.rays_share
         ),
     };
+    text += &budget(&r.budget, &r.spectra_unknown);
     let _ = writeln!(text, "  of each path is kept: {}", kept(r.kept));
     text += &facets_words(&r.facets);
     if let Some(field) = &r.field {
@@ -172,6 +171,32 @@ pub fn reached(r: &Reached) -> String {
     text += &retrieval(&r.retrieval);
     warnings(&mut text, r);
     text
+}
+
+/// Where the uncertainty comes from.
+fn budget(share: &Share, spectra_unknown: &[String]) -> String {
+    let mut parts = vec![format!("rays {:.4}", share.rays)];
+    parts.extend(share.packings.map(|packings| format!("packings {packings:.4}")));
+    parts.extend(share.rim.map(|rim| match rim {
+        0.0 => "rim not told from chance".into(),
+        rim => format!("rim {rim:.4}"),
+    }));
+    parts.push(format!("floor {:.4}", share.floor));
+    parts.push(format!("paths given up {:.4}", share.given_up));
+    let recipe = if share.packings.is_some() { "of the recipe" } else { "of this geometry" };
+    let unknown = match spectra_unknown {
+        [] => String::new(),
+        names => format!(" (those of {} come without an error)", names.join(", ")),
+    };
+    format!(
+        "  in all, {recipe}: within {:.4} at {} um: {}\n  beside that: spectra {:.4}{unknown}, straight lines \
+         between bands {:.4}\n",
+        share.total,
+        share.wavelength_um,
+        parts.join(", "),
+        share.spectra,
+        share.spectral_step,
+    )
 }
 
 /// What can be had back from the radiance: what Eq. 2 does not tell, and what it gets wrong.

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use soilsig::budget::Budget;
 use soilsig::error::{Error, Status};
 use soilsig::{merge, output, report, signature, words};
 
@@ -26,7 +27,8 @@ pub fn run(args: &Args) -> Outcome {
     let wavelengths_um = table.stop.grid.wavelengths_um();
     let whole = [table];
     let bands = signature::evaluate(&whole, &wavelengths_um)?;
-    let reached = report::reached(&whole, &bands, tolerance);
+    let budget = Budget::new(&whole, &bands, false)?;
+    let reached = report::reached(&whole, &bands, &budget, tolerance);
     print(&format!("{name}: {}", words::reached(&reached)))?;
     Ok::<_, Error>((!reached.tolerance_reached).then_some(Status::ToleranceNotReached))
 }

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use soilsig::budget::Budget;
 use soilsig::error::Error;
+use soilsig::output;
 use soilsig::radiometry::{Atmosphere, SkyTable, Temperature};
 use soilsig::scene::Sky;
 use soilsig::spectrum::Spectrum;
@@ -24,6 +26,9 @@ pub struct Args {
     /// Chart to write as well: a .svg or .png file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// CSV file to write where the uncertainty comes from, band by band
+    #[arg(long, value_name = "FILE")]
+    budget: Option<PathBuf>,
     /// Another spectrum for a material: a shipped one's name, a file or a number, each of them after inverted: if facets
     /// of a pure bed are to make it; or fresnel:CONSTANTS
     #[arg(long = "spectrum", value_name = "MATERIAL=SPECTRUM")]
@@ -87,6 +92,10 @@ pub fn run(args: &Args) -> Result<(), Error> {
     match &args.out {
         Some(path) => signature::write_csv(&bands, temperature, assumed, path)?,
         None => print(&signature::csv_text(&bands, temperature, assumed))?,
+    }
+    if let Some(path) = &args.budget {
+        let budget = Budget::new(&tables, &bands, tables.len() > 1)?;
+        output::bytes(path, budget.csv_text().as_bytes())?;
     }
     eprint!("{}", words::retrieval(&report::retrieval(&tables[0], &bands, assumed)));
     if let (Some(path), Some(format)) = (&args.plot, format) {

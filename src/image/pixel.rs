@@ -58,7 +58,7 @@ impl Pixels<'_> {
         let mut tally = Tally::new(self.tracer.bed().materials, self.course.kept);
         for (replicate, mut point) in Points::new(self.seed, purpose, Sampler::Even).of(first, end)
         {
-            tally.begin(replicate);
+            tally.begin(replicate, None);
             let ray = self.camera.ray([sample, line], point.pair());
             self.tracer.path_of_camera(self.course, ray, &mut point, &mut tally);
         }

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::Spectrum;
+use super::{Spectrum, SpectrumError, kirchhoff};
 
 /// Where the reflectance of facets comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -53,6 +53,34 @@ impl Spectrum {
             Self::Inverted(..) => Mode::Inverted,
             Self::Fresnel(..) => Mode::Fresnel,
             Self::Constant(_) => Mode::Constant,
+        }
+    }
+
+    /// Standard error of a facet's emissivity at a wavelength in um, of a fit its root mean square, of inverted facets by
+    /// those of the powder and of the pure bed; `None` where the spectrum comes without one.
+    pub fn error(&self, um: f64) -> Result<Option<f64>, SpectrumError> {
+        Ok(match self {
+            Self::Constant(_) => Some(0.0),
+            Self::Builtin(_, form) => Some(form.parameters.rms),
+            Self::Tabulated(_) | Self::Fresnel(..) => None,
+            Self::Inverted(powder, bed) => match powder.error(um)? {
+                None => None,
+                Some(error) => {
+                    let wanted = kirchhoff(powder.emissivity(um)?);
+                    let error = error.hypot(bed.standard_error);
+                    let facet = |rho: f64| bed.facet(rho.clamp(0.0, 1.0)).unwrap_or(1.0);
+                    Some((facet(wanted + error) - facet(wanted - error)) / 2.0)
+                }
+            },
+        })
+    }
+
+    /// Whether it comes with an error.
+    pub fn has_error(&self) -> bool {
+        match self {
+            Self::Constant(_) | Self::Builtin(..) => true,
+            Self::Tabulated(_) | Self::Fresnel(..) => false,
+            Self::Inverted(powder, _) => powder.has_error(),
         }
     }
 

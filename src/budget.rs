@@ -1,0 +1,267 @@
+//! Where a result's uncertainty comes from, band by band, each part measured on the very beds of the result.
+//!
+//! What is drawn at random, rays and packings, makes an interval. What leaves a thing open, the floor and paths given up,
+//! is a bound, and so is the rim where it can be told from chance: bounds are added to the interval. What the facets' spectra
+//! and straight lines between bands bring is told beside: no bed makes these smaller.
+
+use std::fmt::Write as _;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::error::Error;
+use crate::histogram::{Histogram, Mean, T_95};
+use crate::packings::{Estimate, quantile_95};
+use crate::signature::Band;
+use crate::spectrum::Spectrum;
+use crate::table::Table;
+use crate::tally::CELLS;
+
+/// What the emissivity of one band is uncertain by. Every number is a half-width in emissivity: of a 95 % interval where
+/// chance is at work, else a bound.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Share {
+    /// The band, um.
+    pub wavelength_um: f64,
+    /// All of the following up to `given_up`: the interval of packings and rays together, and the bounds.
+    pub total: f64,
+    /// Noise of the rays.
+    pub rays: f64,
+    /// What packings of the recipe differ by: of several by their spread; of a single one by the spread between the
+    /// cells of its view. `None` where the geometry is as given, and no draw.
+    pub packings: Option<f64>,
+    /// What the bed differs by within the ring of the outer cells: of the difference what is more than chance.
+    pub rim: Option<f64>,
+    /// What a black or a white floor would change.
+    pub floor: f64,
+    /// What paths that were given up leave open.
+    pub given_up: f64,
+    /// What straight lines from this band to its neighbours miss half-way.
+    pub spectral_step: f64,
+    /// What the errors of the facets' spectra make, as far as these are known.
+    pub spectra: f64,
+}
+
+/// The budget of a result.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Budget {
+    /// By band.
+    pub bands: Vec<Share>,
+    /// Materials whose spectra come without an error.
+    pub spectra_unknown: Vec<String>,
+    /// Most that any band changes between a black and a white floor: what is left of the tray in the result. `None` where
+    /// there is no floor, or where something else is made of its material.
+    pub floor_effect: Option<f64>,
+}
+
+/// Headings of a budget's CSV file.
+const COLUMNS: &str = "wavelength_um,total_half_width_95,rays_half_width_95,packings_half_width_95,rim,floor,given_up,\
+                       spectral_step,spectra_half_width_95";
+
+impl Budget {
+    /// The budget of a signature; `drawn` where its beds are draws of a recipe, not geometry as given.
+    pub fn new(packings: &[Table], bands: &[Band], drawn: bool) -> Result<Self, Error> {
+        let table = &packings[0];
+        let um: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
+        let reflectances = table.reflectances(&um)?;
+        let steps = steps(packings, bands, &um)?;
+        let sources = sources(table);
+        let cells: Option<Vec<&Histogram>> =
+            drawn.then(|| packings.iter().map(|table| table.cells.as_ref()).collect()).flatten();
+        let share = |((band, rho), step): ((&Band, &Vec<f64>), &f64)| -> Result<_, Error> {
+            let e = band.emissivity;
+            let rays = T_95 * e.rays_standard_error;
+            let of_cells = cells.as_deref().map(|cells| OfCells::new(cells, rho));
+            let drawn = match (e.spread, of_cells) {
+                (Some(_), _) => Some((quantile_95(packings.len()), e.standard_error)),
+                (None, Some(of_cells)) => Some((quantile_95(CELLS_ALL), of_cells.standard_error)),
+                (None, None) => None,
+            };
+            // The spread between packings holds the noise of the rays.
+            let (chance, packings_alone) = match drawn {
+                Some((t, standard_error)) => {
+                    let all = standard_error.max(e.rays_standard_error);
+                    let alone = all.powi(2) - e.rays_standard_error.powi(2);
+                    (t * all, Some(t * alone.max(0.0).sqrt()))
+                }
+                None => (rays, None),
+            };
+            let rim = of_cells.map(|of_cells| of_cells.rim);
+            let by_floor = table.floor.map(|floor| floor_changes(packings, floor, rho));
+            let floor = by_floor.map_or(0.0, |[black, white]| black.abs().max(white.abs()));
+            let share = Share {
+                wavelength_um: band.wavelength_um,
+                total: chance + rim.unwrap_or(0.0) + floor + e.trapped,
+                rays,
+                packings: packings_alone,
+                rim,
+                floor,
+                given_up: e.trapped,
+                spectral_step: *step,
+                spectra: spectra(packings, &sources, band.wavelength_um, rho)?,
+            };
+            Ok((share, by_floor.map_or(0.0, |[black, white]| black - white)))
+        };
+        let of_bands: Vec<_> = bands.iter().zip(&reflectances).zip(&steps).collect();
+        let unknown = |m: &&crate::table::TableMaterial| !m.spectrum.has_error();
+        let (shares, by_floor): (Vec<Share>, Vec<f64>) =
+            of_bands.into_par_iter().map(share).collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
+        Ok(Self {
+            bands: shares,
+            floor_effect: table.floor.map(|_| by_floor.into_iter().fold(0.0, f64::max)),
+            spectra_unknown: table
+                .materials
+                .iter()
+                .filter(unknown)
+                .map(|m| m.name.clone())
+                .collect(),
+        })
+    }
+
+    /// The band whose total is widest.
+    ///
+    /// # Panics
+    /// Without a band.
+    pub fn widest(&self) -> Share {
+        let widest = self.bands.iter().max_by(|a, b| a.total.total_cmp(&b.total));
+        *widest.expect("there is at least one band")
+    }
+
+    /// The budget as CSV; what does not apply has empty fields.
+    pub fn csv_text(&self) -> String {
+        let mut text = COLUMNS.to_owned();
+        for share in &self.bands {
+            let _ = write!(text, "\n{}", share.wavelength_um);
+            for value in [
+                Some(share.total),
+                Some(share.rays),
+                share.packings,
+                share.rim,
+                Some(share.floor),
+                Some(share.given_up),
+                Some(share.spectral_step),
+                Some(share.spectra),
+            ] {
+                let _ = match value {
+                    Some(value) => write!(text, ",{value:.7}"),
+                    None => write!(text, ","),
+                };
+            }
+        }
+        text + "\n"
+    }
+}
+
+const CELLS_ALL: usize = (CELLS * CELLS) as usize;
+
+/// What the cells of beds' views say.
+#[derive(Debug, Clone, Copy)]
+struct OfCells {
+    /// Of the mean over all cells, by their spread within each bed.
+    standard_error: f64,
+    rim: f64,
+}
+
+impl OfCells {
+    fn new(beds: &[&Histogram], reflectance: &[f64]) -> Self {
+        let of_beds: Vec<[f64; CELLS_ALL]> =
+            beds.iter().map(|cells| cells.weight_of_groups(reflectance)).collect();
+        let n = of_beds.len() as f64;
+        let mut variance = 0.0;
+        let mut differences = Vec::new();
+        for cells in &of_beds {
+            let mean = cells.iter().sum::<f64>() / cells.len() as f64;
+            let squares: f64 = cells.iter().map(|cell| (cell - mean).powi(2)).sum();
+            variance += squares / (cells.len() - 1) as f64 / n;
+            let side = CELLS_ALL.isqrt();
+            let is_inner =
+                |i: &usize| [i % side, i / side].iter().all(|x| (1..side - 1).contains(x));
+            let inner: Vec<f64> = (0..cells.len()).filter(is_inner).map(|i| cells[i]).collect();
+            differences.push(inner.iter().sum::<f64>() / inner.len() as f64 - mean);
+        }
+        let standard_error = (variance / CELLS_ALL as f64 / n).sqrt();
+        let rim = Estimate::of(
+            &differences
+                .iter()
+                .map(|&mean| Mean {
+                    mean,
+                    // Inner cells are a quarter of all: by them and the others, 1/4 + 1/12 of a cell's variance, times 3/4.
+                    standard_error: 0.75 * (variance / 3.0).sqrt(),
+                    trapped: 0.0,
+                })
+                .collect::<Vec<_>>(),
+        );
+        Self { standard_error, rim: (rim.mean.abs() - rim.half_width).max(0.0) }
+    }
+}
+
+/// By how much a black and a white floor change the emissivity: what lies deeper than the bed is between them.
+fn floor_changes(packings: &[Table], floor: usize, reflectance: &[f64]) -> [f64; 2] {
+    let cosines = usize::from(packings[0].histogram.kept.cosines);
+    let of = |rho: &[f64]| Estimate::emissivity(packings, rho).mean;
+    let as_it_is = of(reflectance);
+    [0.0, 1.0].map(|rho| {
+        let mut changed = reflectance.to_vec();
+        changed[floor * cosines..(floor + 1) * cosines].fill(rho);
+        of(&changed) - as_it_is
+    })
+}
+
+/// What straight lines between bands miss half-way, the more of both sides.
+fn steps(packings: &[Table], bands: &[Band], um: &[f64]) -> Result<Vec<f64>, Error> {
+    let middles: Vec<f64> = um.windows(2).map(|pair| f64::midpoint(pair[0], pair[1])).collect();
+    let missed: Vec<f64> = packings[0]
+        .reflectances(&middles)?
+        .par_iter()
+        .zip(bands.par_windows(2))
+        .map(|(rho, pair)| {
+            let line = f64::midpoint(pair[0].emissivity.mean, pair[1].emissivity.mean);
+            (Estimate::emissivity(packings, rho).mean - line).abs()
+        })
+        .collect();
+    let at = |i: usize| missed.get(i).copied().unwrap_or(0.0);
+    Ok((0..bands.len()).map(|i| at(i).max(if i > 0 { at(i - 1) } else { 0.0 })).collect())
+}
+
+/// The distinct spectra of a table, each with the materials that have it: their errors go together.
+fn sources(table: &Table) -> Vec<(&Spectrum, Vec<usize>)> {
+    let mut sources: Vec<(&Spectrum, Vec<usize>)> = Vec::new();
+    for (i, material) in table.materials.iter().enumerate() {
+        match sources.iter_mut().find(|(spectrum, _)| **spectrum == material.spectrum) {
+            Some((_, materials)) => materials.push(i),
+            None => sources.push((&material.spectrum, vec![i])),
+        }
+    }
+    sources
+}
+
+/// What known errors of spectra make of the emissivity, those of different spectra independent.
+fn spectra(
+    packings: &[Table],
+    sources: &[(&Spectrum, Vec<usize>)],
+    um: f64,
+    reflectance: &[f64],
+) -> Result<f64, Error> {
+    let cosines = usize::from(packings[0].histogram.kept.cosines);
+    let of = |rho: &[f64]| Estimate::emissivity(packings, rho).mean;
+    let mut squares = 0.0;
+    for (spectrum, materials) in sources {
+        let error = spectrum.error(um)?.unwrap_or(0.0);
+        if error > 0.0 {
+            let changed = |by: f64| {
+                let mut rho = reflectance.to_vec();
+                for &material in materials {
+                    for rho in &mut rho[material * cosines..(material + 1) * cosines] {
+                        *rho = (*rho + by).clamp(0.0, 1.0);
+                    }
+                }
+                of(&rho)
+            };
+            squares += ((changed(error) - changed(-error)) / 2.0).powi(2);
+        }
+    }
+    // Normally distributed, for want of a better.
+    Ok(1.96 * squares.sqrt())
+}
