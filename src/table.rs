@@ -560,9 +560,11 @@ impl Table {
         let mut text = serde_json::to_string_pretty(&head).expect("a table is plain data");
         // The histograms come last.
         text.truncate(text.rfind("\n  \"histogram\"").expect("it is in there"));
-        text += &format!("\n  \"histogram\": {}", self.histogram.json());
+        text += "\n  \"histogram\": ";
+        text += &self.histogram.json();
         if let Some(cells) = &self.cells {
-            text += &format!(",\n  \"cells\": {}", cells.json());
+            text += ",\n  \"cells\": ";
+            text += &cells.json();
         }
         text += "\n}\n";
         output::bytes(path, text.as_bytes())
