@@ -164,8 +164,8 @@ pub fn names(folder: &Path) -> Result<Vec<String>, LibraryError> {
     Ok(names.into_iter().collect())
 }
 
-/// Puts the grains of a folder in the place of the shapes that are their size classes: the recipe then names
-/// them, and the folder.
+/// Puts the grains of a folder in the place of the shapes that are their size classes, and of the ribs asked of
+/// these: the recipe then names them, and the folder.
 pub fn stand_in(packing: &mut Packing, folder: &Path) -> Result<(), LibraryError> {
     let mut classes: BTreeMap<Shape, Vec<String>> = BTreeMap::new();
     for name in names(folder)? {
@@ -174,11 +174,12 @@ pub fn stand_in(packing: &mut Packing, folder: &Path) -> Result<(), LibraryError
     }
     let mut wanted = BTreeSet::new();
     let mut any = false;
-    for shape in packing.shapes_mut() {
+    for (shape, ribs) in packing.shapes_mut() {
         let ShapeSource::Modelled(modelled) = *shape else { continue };
         wanted.insert(modelled.name());
         if let Some(names) = classes.get(&modelled) {
             *shape = ShapeSource::Library(FromLibrary { library: names.clone() });
+            *ribs = None;
             any = true;
         }
     }
@@ -206,7 +207,7 @@ impl Library {
     pub fn of(packing: &Packing, folder: &Path) -> Result<Option<Self>, crate::error::Error> {
         let names: BTreeSet<&String> = packing
             .shapes()
-            .filter_map(|(_, shape)| match shape {
+            .filter_map(|(_, shape, _)| match shape {
                 ShapeSource::Library(FromLibrary { library }) => Some(library),
                 ShapeSource::Modelled(_) => None,
             })

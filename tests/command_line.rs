@@ -323,6 +323,47 @@ fn the_scene_schema_admits_the_shipped_scenes_and_refuses_unknown_keys() {
 }
 
 #[test]
+fn ribs_are_0_to_2_and_of_modelled_shapes_only() {
+    let place = Place::new();
+    let (out, _) = place.run(&["schema", "scene"], 0);
+    let schema: Value = serde_json::from_str(&out).expect("JSON");
+    let validator = jsonschema::validator_for(&schema).expect("a schema");
+    let text = fs::read_to_string(shipped("small.json")).expect("shipped");
+    let small: Value = serde_json::from_str(&text).expect("JSON");
+    let said = |scene: &Value, status: i32| {
+        fs::write(place.path("ribs.json"), scene.to_string()).expect("written");
+        let blender = ["--blender", "/no/such/blender"];
+        place.refused(&[&["pipeline", "--scene", "ribs.json"], &blender[..]].concat(), status)
+    };
+    for kind in ["grains", "fines"] {
+        let with = |ribs: i32| {
+            let mut scene = small.clone();
+            scene["geometry"]["packing"][kind][0]["ribs"] = ribs.into();
+            scene
+        };
+        for ribs in 0..=2 {
+            assert!(validator.is_valid(&with(ribs)), "{kind} {ribs}");
+            // What is sound gets as far as the search for Blender.
+            said(&with(ribs), 10);
+        }
+        for (ribs, words) in [
+            (3, format!("geometry.packing.{kind}[0].ribs: 3 is more than 2")),
+            (-1, "expected u8".into()),
+        ] {
+            assert!(!validator.is_valid(&with(ribs)), "{kind} {ribs}");
+            let message = said(&with(ribs), 3);
+            assert!(message.contains(&words), "{message}");
+        }
+        let mut own = with(1);
+        own["geometry"]["packing"]["library"] = "grains".into();
+        own["geometry"]["packing"][kind][0]["shape"] = serde_json::json!({"library": ["stone"]});
+        let message = said(&own, 3);
+        let words = format!("geometry.packing.{kind}[0].ribs: grains of the library");
+        assert!(message.contains(&words), "{message}");
+    }
+}
+
+#[test]
 fn completions_and_help_are_there() {
     let place = Place::new();
     for shell in ["bash", "zsh", "fish"] {

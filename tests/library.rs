@@ -11,6 +11,8 @@ use std::path::Path;
 
 use place::{Place, shipped};
 use serde_json::{Value, json};
+use soilsig::library;
+use soilsig::scene::{Scene, SceneGeometry};
 
 /// An octahedron about a place, its half-axes 300, 260 and 220 um, facing outward.
 fn octahedron(shift: f64) -> String {
@@ -149,6 +151,25 @@ fn what_is_wrong_with_a_library_is_known_before_blender_is_looked_for() {
     scene["geometry"]["packing"]["grains"][0]["shape"] = json!("grain_700");
     fs::write(place.path("own.json"), scene.to_string()).expect("written");
     fails(&["--scene", "own.json"], 3, &["a shape is one of fine_35"]);
+}
+
+#[test]
+fn ribs_go_with_the_shapes_that_grains_stand_for_and_are_not_written_unless_asked() {
+    let place = Place::new();
+    let mut scene: Value =
+        serde_json::from_str(include_str!("../scenes/small.json")).expect("JSON");
+    for class in [("grains", 0), ("grains", 1), ("fines", 0)] {
+        scene["geometry"]["packing"][class.0][class.1]["ribs"] = json!(0);
+    }
+    let scene = Scene::parse(&scene.to_string(), Path::new("small.json")).expect("sound");
+    let SceneGeometry::Packing(mut packing) = scene.geometry else { panic!("a recipe") };
+    put(&place.path("grains"), "stone", &octahedron(0.0), &about("grain_500"));
+    library::stand_in(&mut packing, &place.path("grains")).expect("it fits");
+    let written = serde_json::to_value(&packing).expect("plain data");
+    let ribs = |kind: &str, i: usize| written[kind][i].get("ribs").cloned();
+    assert_eq!(written["grains"][0]["shape"], json!({"library": ["stone"]}));
+    assert_eq!([ribs("grains", 0), ribs("grains", 1)], [None, Some(json!(0))]);
+    assert_eq!([ribs("grains", 2), ribs("fines", 0)], [None, Some(json!(0))]);
 }
 
 /// A run's record, and whether its bed came from the cache.

@@ -72,7 +72,8 @@ def _body(entry, variant, packing):
     if name is not None:
         return normalised(load(packing["library"], name), entry["diameter_um"])
     rng = stream(packing["seed"], "shape", entry["name"], variant)
-    return model(SHAPES[entry["shape"]], entry["diameter_um"], rng)
+    shape = SHAPES[entry["shape"]].with_ribs(entry.get("ribs"))
+    return model(shape, entry["diameter_um"], rng)
 
 
 def library_grain(entry, variant):

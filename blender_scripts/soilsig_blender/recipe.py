@@ -7,7 +7,7 @@ import re
 
 from .errors import BedError, RecipeError
 from .library import NAME
-from .shapes import SHAPES
+from .shapes import MOST_RIBS, SHAPES
 
 # Blender cuts longer names off; white space and '#' would break the .obj.
 _NAME = re.compile(r"[^\s#]{1,40}")
@@ -66,7 +66,7 @@ def _check_packing(packing, materials):
         raise RecipeError(f"{where}.library", "is not a folder", "name a folder of grains")
     for i, grain in enumerate(_list(packing, where, "grains")):
         at = f"{where}.grains[{i}]"
-        _keys(grain, at, "name shape diameter_um material count fines")
+        _keys(grain, at, "name shape diameter_um material count fines", "ribs")
         _common(grain, at, materials, packing)
         _integer(grain, at, "count", 0, 100_000)
         _check_fines_of(grain, at)
@@ -80,7 +80,7 @@ def _check_packing(packing, materials):
         raise RecipeError(f"{where}.grains", "has no grain to drop", "raise a count")
     for i, fine in enumerate(_list(packing, where, "fines")):
         at = f"{where}.fines[{i}]"
-        _keys(fine, at, "name shape diameter_um material share")
+        _keys(fine, at, "name shape diameter_um material share", "ribs")
         _common(fine, at, materials, packing)
         _number(fine, at, "share", 0)
     shares = sum(fine["share"] for fine in packing["fines"])
@@ -170,8 +170,12 @@ def _common(entry, at, materials, packing):
         )
     if isinstance(entry["shape"], dict):
         _check_library(entry["shape"], f"{at}.shape", packing)
+        if "ribs" in entry:
+            raise RecipeError(f"{at}.ribs", "is asked of grains of the library", "leave it out")
     else:
         _one_of(entry, at, "shape", SHAPES)
+        if "ribs" in entry:
+            _integer(entry, at, "ribs", 0, MOST_RIBS)
     _one_of(entry, at, "material", materials)
     _number(entry, at, "diameter_um", 0)
     if entry["diameter_um"] == 0:
@@ -193,12 +197,13 @@ def _check_library(shape, at, packing):
         raise RecipeError(at, "is of a library, but there is none", "name its folder in library")
 
 
-def _keys(entry, at, expected):
+def _keys(entry, at, expected, optional=""):
     if not isinstance(entry, dict):
         raise RecipeError(at, "is not an object", "see `soilsig schema scene`")
-    expected = expected.split()
-    for key in sorted(set(entry) - set(expected)):
-        raise RecipeError(f"{at}.{key}", "is not a known key", f"known are {', '.join(expected)}")
+    expected, optional = expected.split(), optional.split()
+    known = expected + optional
+    for key in sorted(set(entry) - set(known)):
+        raise RecipeError(f"{at}.{key}", "is not a known key", f"known are {', '.join(known)}")
     for key in expected:
         if key not in entry:
             raise RecipeError(f"{at}.{key}", "is missing", "see `soilsig schema scene`")

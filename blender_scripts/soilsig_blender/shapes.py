@@ -22,7 +22,7 @@ to .98 (Altuhafi and others, J. Geotech. Geoenviron. Eng. 139, 1290, 2013): holl
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,6 +31,8 @@ from .descriptors import elongation_and_flatness, feret_axes, roundness, spheric
 from .errors import BedError
 from .polyhedron import Polyhedron, intersect
 from .sphere import fibonacci
+
+MOST_RIBS = 2
 
 
 @dataclass(frozen=True)
@@ -43,12 +45,16 @@ class Shape:
     sphericity: float  # Wadell
     roundness: float  # Wadell
     fractures: int  # fracture surfaces
-    ribs: int  # at the sides of each, 0 to 2
+    ribs: int  # at the sides of each, 0 to MOST_RIBS
     edge_radius: float  # of worn arrises, as a share of the volume-equivalent diameter
 
     @property
     def asked(self):
         return {name: getattr(self, name) for name in TOLERANCE}
+
+    def with_ribs(self, ribs):
+        """The same asked of bodies with so many ribs; None for the shape's own number."""
+        return self if ribs is None else replace(self, ribs=ribs)
 
 
 SHAPES = {

@@ -11,6 +11,9 @@ use super::{FARTHEST_UM, Material, known};
 /// Most grains of a class, and most fines on one.
 const MOST: u32 = 100_000;
 
+/// Most ribs at the sides of a fracture.
+const MOST_RIBS: u8 = 2;
+
 /// A recipe for a bed of grains dusted with fines.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -106,6 +109,11 @@ pub struct GrainClass {
     pub name: String,
     /// One of the modelled shapes, or grains of the library.
     pub shape: ShapeSource,
+    /// Ribs at the sides of each fracture of a modelled shape, 0 to 2: the more, the more facets a body has. Without
+    /// it the shape's own number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = 2))]
+    pub ribs: Option<u8>,
     /// Diameter of the sphere of equal volume, um; bodies are scaled to it.
     pub diameter_um: f64,
     /// The grain's material.
@@ -171,6 +179,11 @@ pub struct FineClass {
     pub name: String,
     /// One of the modelled shapes, or grains of the library.
     pub shape: ShapeSource,
+    /// Ribs at the sides of each fracture of a modelled shape, 0 to 2: the more, the more facets a body has. Without
+    /// it the shape's own number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = 2))]
+    pub ribs: Option<u8>,
     /// Diameter of the sphere of equal volume, um; bodies are scaled to it.
     pub diameter_um: f64,
     /// The fine's material.
@@ -226,17 +239,17 @@ impl Default for Drop {
 }
 
 impl Packing {
-    /// The shapes of all classes, with their places in the scene file.
-    pub fn shapes(&self) -> impl Iterator<Item = (String, &ShapeSource)> {
-        let grains = self.grains.iter().map(|class| ("grains", &class.shape)).enumerate();
-        let fines = self.fines.iter().map(|class| ("fines", &class.shape)).enumerate();
-        grains.chain(fines).map(|(i, (kind, shape))| (format!("{kind}[{i}].shape"), shape))
+    /// The shapes of all classes and the ribs asked of them, with the classes' places in the scene file.
+    pub fn shapes(&self) -> impl Iterator<Item = (String, &ShapeSource, Option<u8>)> {
+        let grains = self.grains.iter().map(|c| ("grains", &c.shape, c.ribs)).enumerate();
+        let fines = self.fines.iter().map(|c| ("fines", &c.shape, c.ribs)).enumerate();
+        grains.chain(fines).map(|(i, (kind, shape, ribs))| (format!("{kind}[{i}]"), shape, ribs))
     }
 
     /// The same, to be changed.
-    pub fn shapes_mut(&mut self) -> impl Iterator<Item = &mut ShapeSource> {
-        let grains = self.grains.iter_mut().map(|class| &mut class.shape);
-        grains.chain(self.fines.iter_mut().map(|class| &mut class.shape))
+    pub fn shapes_mut(&mut self) -> impl Iterator<Item = (&mut ShapeSource, &mut Option<u8>)> {
+        let grains = self.grains.iter_mut().map(|class| (&mut class.shape, &mut class.ribs));
+        grains.chain(self.fines.iter_mut().map(|class| (&mut class.shape, &mut class.ribs)))
     }
 
     /// What is wrong with it, in a scene of these materials.
@@ -246,13 +259,20 @@ impl Packing {
             self.grains.iter().map(|g| &*g.name).chain(self.fines.iter().map(|f| &*f.name)),
             &at("grains"),
         )?;
-        for (place, shape) in self.shapes() {
+        for (place, shape, ribs) in self.shapes() {
+            let ribs_at = at(&format!("{place}.ribs"));
             if let ShapeSource::Library(FromLibrary { library }) = shape {
                 need(self.library.is_some(), &at("library"), || {
-                    format!("is not given, and {place} asks for grains of it")
+                    format!("is not given, and {place}.shape asks for grains of it")
                 })?;
-                need(!library.is_empty(), &at(&place), || "names no grain".into())?;
+                let shape_at = at(&format!("{place}.shape"));
+                need(!library.is_empty(), &shape_at, || "names no grain".into())?;
+                need(ribs.is_none(), &ribs_at, || {
+                    "grains of the library are not modelled: leave it out".into()
+                })?;
             }
+            let ribs = ribs.unwrap_or(0);
+            need(ribs <= MOST_RIBS, &ribs_at, || format!("{ribs} is more than {MOST_RIBS}"))?;
         }
         for (i, grain) in self.grains.iter().enumerate() {
             positive(grain.diameter_um, &at(&format!("grains[{i}].diameter_um")))?;

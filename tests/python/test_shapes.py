@@ -2,6 +2,7 @@
 
 import dataclasses
 import unittest
+from itertools import pairwise
 
 import numpy as np
 from soilsig_blender import mesh_checks, shapes
@@ -24,6 +25,28 @@ class Modelling(unittest.TestCase):
                     self.assertLessEqual(abs(value - asked), shapes.TOLERANCE[key], (name, key))
                 near = shapes.TOLERANCE[key] / 2
                 self.assertAlmostEqual(np.mean(values), asked, delta=near, msg=(name, key))
+
+    def test_any_ribs_make_sound_bodies_within_tolerance_and_more_make_more_facets(
+        self,
+    ):
+        for name, shape in shapes.SHAPES.items():
+            facets = []
+            for ribs in range(shapes.MOST_RIBS + 1):
+                bodies = [
+                    shapes.model(shape.with_ribs(ribs), 100.0, stream(seed, "shape", name, 0))
+                    for seed in range(4)
+                ]
+                for one in bodies:
+                    mesh_checks.check(one, f"{name} with {ribs} ribs")
+                    for key, value in shapes.measure(one).items():
+                        self.assertAlmostEqual(
+                            value, shape.asked[key], delta=shapes.TOLERANCE[key], msg=(name, ribs)
+                        )
+                facets.append([len(one.facets) for one in bodies])
+                if shape.edge_radius == 0:  # no bevels: a facet for each plane, less those cut off
+                    self.assertLessEqual(max(facets[-1]), shape.fractures * (1 + ribs))
+            for fewer, more in pairwise(facets):
+                self.assertLess(max(fewer), min(more), name)
 
     def test_the_volume_is_that_of_the_sphere_about_the_origin(self):
         for name in shapes.SHAPES:

@@ -1,0 +1,68 @@
+"""What the recipe says of a class's ribs: read, refused by its key, and modelled."""
+
+import json
+import os
+import tempfile
+import unittest
+
+import numpy as np
+from soilsig_blender import prototype, recipe
+from soilsig_blender.errors import RecipeError
+from soilsig_blender.shapes import SHAPES
+
+SPARSE = os.path.join(os.path.dirname(__file__), "..", "..", "scenes", "sparse.json")
+
+
+def loaded(change):
+    """The packing of the sparse scene, after a change."""
+    with open(SPARSE, encoding="utf-8") as file:
+        scene = json.load(file)
+    packing = scene["geometry"]["packing"]
+    change(packing)
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "recipe.json")
+        with open(path, "w", encoding="utf-8") as file:
+            json.dump(scene, file)
+        return recipe.load(path)[1]
+
+
+def asking(ribs):
+    return lambda packing: packing["fines"][0].update(ribs=ribs)
+
+
+def fines(packing):
+    return prototype.model_fines(packing)[0].bodies
+
+
+class Ribs(unittest.TestCase):
+    def test_what_a_class_asks_for_is_modelled(self):
+        facets = [sum(len(b.facets) for b in fines(loaded(asking(ribs)))) for ribs in (0, 1, 2)]
+        self.assertEqual(facets[0], 4 * SHAPES["fine_35"].fractures)
+        self.assertTrue(facets[0] < facets[1] < facets[2], facets)
+        packing = loaded(lambda packing: packing["grains"][0].update(ribs=0))
+        grains = [prototype.build(g, 0, (), bare(packing)).grain for g in packing["grains"][:2]]
+        self.assertEqual(len(grains[0].facets), SHAPES["grain_500"].fractures)
+        self.assertGreater(len(grains[1].facets), 40)
+
+    def test_the_shape_s_own_number_is_what_is_modelled_without_them(self):
+        own = fines(loaded(asking(SHAPES["fine_35"].ribs)))
+        for one, other in zip(own, fines(loaded(lambda packing: None))):
+            np.testing.assert_array_equal(one.vertices, other.vertices)
+
+    def test_others_are_refused_by_their_key(self):
+        for ribs in (3, -1, 1.5, True, "1", None):
+            with self.assertRaisesRegex(RecipeError, r"packing\.fines\[0\]\.ribs: is "):
+                loaded(asking(ribs))
+
+        def of_library(packing):
+            packing.update(library="grains")
+            packing["grains"][1].update(shape={"library": ["stone"]}, ribs=1)
+
+        with self.assertRaisesRegex(RecipeError, r"packing\.grains\[1\]\.ribs: .* the library"):
+            loaded(of_library)
+
+
+def bare(packing):
+    for grain in packing["grains"]:
+        grain["fines"] = 0
+    return packing
