@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::Error;
 use crate::histogram::{Histogram, Mean, T_95};
 use crate::packings::{Estimate, quantile_95};
+use crate::scene::{Collision, Packing};
 use crate::signature::Band;
 use crate::spectrum::Spectrum;
 use crate::table::Table;
@@ -19,7 +20,7 @@ use crate::tally::CELLS;
 
 /// What the emissivity of one band is uncertain by. Every number is a half-width in emissivity: of a 95 % interval where
 /// chance is at work, else a bound.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Share {
     /// The band, um.
@@ -37,11 +38,43 @@ pub struct Share {
     pub floor: f64,
     /// What paths that were given up leave open.
     pub given_up: f64,
+    /// What hulls that keep fines apart may make: [`APART`] of the reflectance, not measured on these beds. `None` where
+    /// fines touch, or there are none.
+    pub apart: Option<f64>,
     /// What straight lines from this band to its neighbours miss half-way.
     pub spectral_step: f64,
     /// What the errors of the facets' spectra make, as far as these are known.
     pub spectra: f64,
 }
+
+/// Where the geometry of a result comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    /// It is as given.
+    Given,
+    /// Its beds are draws of a recipe.
+    Drawn,
+    /// The same, and hulls keep the fines of neighbours apart.
+    DrawnApart,
+}
+
+impl Origin {
+    /// Of tables of which nothing else is known: a single one is taken as given.
+    pub fn of_tables(number: usize) -> Self {
+        if number > 1 { Self::Drawn } else { Self::Given }
+    }
+
+    /// Of beds of a recipe.
+    pub fn of(packing: &Packing) -> Self {
+        let dusted = packing.grains.iter().any(|class| !class.fines.is_none());
+        let hulls = packing.drop.collision == Collision::Hull;
+        if dusted && hulls { Self::DrawnApart } else { Self::Drawn }
+    }
+}
+
+/// Beds dropped as hulls reflect too little by so much of their reflectance, at most: measured on the shipped recipes
+/// (docs/geometry.md).
+const APART: f64 = 0.03;
 
 /// The budget of a result.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -57,25 +90,28 @@ pub struct Budget {
 }
 
 /// Headings of a budget's CSV file.
-const COLUMNS: &str = "wavelength_um,total_half_width_95,rays_half_width_95,packings_half_width_95,rim,floor,given_up,\
+const COLUMNS: &str = "wavelength_um,total_half_width_95,rays_half_width_95,packings_half_width_95,rim,floor,given_up,apart,\
                        spectral_step,spectra_half_width_95";
 
 impl Budget {
-    /// The budget of a signature; `drawn` where its beds are draws of a recipe, not geometry as given.
-    pub fn new(packings: &[Table], bands: &[Band], drawn: bool) -> Result<Self, Error> {
+    /// The budget of a signature.
+    pub fn new(packings: &[Table], bands: &[Band], origin: Origin) -> Result<Self, Error> {
         let table = &packings[0];
         let um: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
         let reflectances = table.reflectances(&um)?;
-        let steps = steps(packings, bands, &um)?;
+        let steps = steps(packings, &reflectances, &um)?;
         let sources = sources(table);
-        let cells: Option<Vec<&Histogram>> =
-            drawn.then(|| packings.iter().map(|table| table.cells.as_ref()).collect()).flatten();
+        let cells: Option<Vec<&Histogram>> = (origin != Origin::Given)
+            .then(|| packings.iter().map(|table| table.cells.as_ref()).collect())
+            .flatten();
         let share = |((band, rho), step): ((&Band, &Vec<f64>), &f64)| -> Result<_, Error> {
             let e = band.emissivity;
             let rays = T_95 * e.rays_standard_error;
             let of_cells = cells.as_deref().map(|cells| OfCells::new(cells, rho));
             let drawn = match (e.spread, of_cells) {
-                (Some(_), _) => Some((quantile_95(packings.len()), e.standard_error)),
+                (Some(_), _) => {
+                    Some(((e.half_width - e.trapped) / e.standard_error, e.standard_error))
+                }
                 (None, Some(of_cells)) => Some((quantile_95(CELLS_ALL), of_cells.standard_error)),
                 (None, None) => None,
             };
@@ -99,6 +135,7 @@ impl Budget {
                 rim,
                 floor,
                 given_up: e.trapped,
+                apart: (origin == Origin::DrawnApart).then_some(APART * (1.0 - e.mean)),
                 spectral_step: *step,
                 spectra: spectra(packings, &sources, band.wavelength_um, rho)?,
             };
@@ -141,6 +178,7 @@ impl Budget {
                 share.rim,
                 Some(share.floor),
                 Some(share.given_up),
+                share.apart,
                 Some(share.spectral_step),
                 Some(share.spectra),
             ] {
@@ -210,19 +248,19 @@ fn floor_changes(packings: &[Table], floor: usize, reflectance: &[f64]) -> [f64;
 }
 
 /// What straight lines between bands miss half-way, the more of both sides.
-fn steps(packings: &[Table], bands: &[Band], um: &[f64]) -> Result<Vec<f64>, Error> {
+fn steps(packings: &[Table], reflectances: &[Vec<f64>], um: &[f64]) -> Result<Vec<f64>, Error> {
     let middles: Vec<f64> = um.windows(2).map(|pair| f64::midpoint(pair[0], pair[1])).collect();
-    let missed: Vec<f64> = packings[0]
-        .reflectances(&middles)?
-        .par_iter()
-        .zip(bands.par_windows(2))
-        .map(|(rho, pair)| {
-            let line = f64::midpoint(pair[0].emissivity.mean, pair[1].emissivity.mean);
-            (Estimate::emissivity(packings, rho).mean - line).abs()
-        })
+    let of = |reflectances: &[Vec<f64>]| -> Vec<f64> {
+        reflectances.par_iter().map(|rho| Estimate::emissivity(packings, rho).mean).collect()
+    };
+    let (at_bands, between) = (of(reflectances), of(&packings[0].reflectances(&middles)?));
+    let missed: Vec<f64> = at_bands
+        .windows(2)
+        .zip(between)
+        .map(|(pair, between)| (between - f64::midpoint(pair[0], pair[1])).abs())
         .collect();
     let at = |i: usize| missed.get(i).copied().unwrap_or(0.0);
-    Ok((0..bands.len()).map(|i| at(i).max(if i > 0 { at(i - 1) } else { 0.0 })).collect())
+    Ok((0..um.len()).map(|i| at(i).max(if i > 0 { at(i - 1) } else { 0.0 })).collect())
 }
 
 /// The distinct spectra of a table, each with the materials that have it: their errors go together.

@@ -28,6 +28,7 @@
 
 pub mod error;
 pub mod features;
+pub mod plan;
 pub mod plot;
 pub mod report;
 

@@ -8,13 +8,9 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::histogram::{Mean, T_95};
-use crate::signature::Band;
 use crate::table::Table;
 
-/// Packings of a pilot, whose spread tells how many a tolerance takes.
-pub const PILOT: usize = 6;
-
-/// The most packings that a plan asks for.
+/// The most packings of a result.
 pub const MOST: usize = 1000;
 
 /// How many packings are dropped.
@@ -33,41 +29,6 @@ pub enum HowMany {
 pub enum Auto {
     /// As many as the tolerance takes.
     Auto,
-}
-
-/// How many packings a tolerance takes, by a pilot.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Plan {
-    /// Packings of the pilot; they are part of the result.
-    pub pilot: usize,
-    /// Standard deviation between them, in the band where it is greatest.
-    pub spread: f64,
-    /// Where that is, um.
-    pub at_um: f64,
-    /// Packings that the tolerance takes.
-    pub wanted: usize,
-    /// Packings that are dropped: no more than [`MOST`].
-    pub packings: usize,
-}
-
-impl Plan {
-    /// By Stein's two stages (Ann. Math. Statist. 16, 243 (1945)): with the quantile of the pilot's own degrees of
-    /// freedom the mean of that many packings is within the tolerance at 95 %, however the pilot's spread came out. An
-    /// interval from the spread of all packings, as results have it, may be a little wider or narrower.
-    pub fn new(bands: &[Band], pilot: usize, tolerance: f64) -> Self {
-        let (spread, at_um, room) = bands
-            .iter()
-            .filter_map(|band| {
-                let e = band.emissivity;
-                Some((e.spread?, band.wavelength_um, tolerance - e.trapped))
-            })
-            .max_by(|a, b| (a.0 / a.2.max(0.0)).total_cmp(&(b.0 / b.2.max(0.0))))
-            .expect("a pilot has bands and a spread");
-        let wanted = (quantile_95(pilot) * spread / room.max(0.0)).powi(2).ceil().min(1e9);
-        let wanted = (wanted as usize).max(pilot);
-        Self { pilot, spread, at_um, wanted, packings: wanted.min(MOST) }
-    }
 }
 
 /// What packings say of a quantity in one band.
@@ -157,7 +118,7 @@ pub fn wanted(spread: f64, half_width: f64) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::{Purpose, REPLICATES, Source};
+    use crate::random::REPLICATES;
 
     #[test]
     fn quantiles_are_those_of_the_tables() {
@@ -167,37 +128,6 @@ mod tests {
             assert!((quantile_95(packings) - t).abs() < 1e-4, "{packings}");
         }
         assert!((quantile_95(REPLICATES) - T_95).abs() < 1e-6);
-    }
-
-    /// Pilots and results of normally distributed packings.
-    #[test]
-    fn a_planned_mean_is_within_the_tolerance_as_often_as_promised() {
-        let mut random = Source::new(11, Purpose::Packing).stream(0);
-        let mut normal = || {
-            let [u, v] = random.pair();
-            (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos()
-        };
-        let (mut held, runs) = (0, 4000);
-        for _ in 0..runs {
-            let mut packings: Vec<Mean> = Vec::new();
-            let mut drop = |packings: &mut Vec<Mean>, n: usize| {
-                while packings.len() < n {
-                    packings.push(Mean {
-                        mean: 0.0066 * normal(),
-                        standard_error: 0.0,
-                        trapped: 0.0,
-                    });
-                }
-            };
-            drop(&mut packings, PILOT);
-            let band = Band { emissivity: Estimate::of(&packings), ..Band::default() };
-            let plan = Plan::new(&[band], PILOT, 0.002);
-            drop(&mut packings, plan.packings);
-            held += u32::from(Estimate::of(&packings).mean.abs() <= 0.002);
-        }
-        let share = f64::from(held) / f64::from(runs);
-        // Two-sided 95 % of 4000 trials is +-.7 %; whole packings, and a pilot that is enough, make it hold more often.
-        assert!((0.943..0.97).contains(&share), "{share}");
     }
 
     #[test]

@@ -10,21 +10,22 @@ use sha2::{Digest, Sha256};
 
 use crate::beds::Order;
 use crate::blender;
-use crate::budget::Budget;
+use crate::budget::{Budget, Origin};
 use crate::cache::{Cache, Made};
 use crate::course::Course;
 use crate::error::Error;
 use crate::ingest;
 use crate::library::{self, Library};
 use crate::output;
-use crate::packings::{HowMany, PILOT, Plan};
+use crate::packings::HowMany;
 use crate::picture;
+use crate::plan::{PILOT, Plan};
 use crate::progress::Step;
 use crate::radiometry::Assumed;
 use crate::random;
 use crate::record::{self, Output, Record, Stage};
 use crate::report;
-use crate::scene::{Packing, Placed, Scene, SceneGeometry, Sides};
+use crate::scene::{Collision, Packing, Placed, Scene, SceneGeometry, Sides};
 use crate::shipped::{self, COVERAGES};
 use crate::signature::{self, Band, Grid};
 use crate::spectrum;
@@ -219,7 +220,10 @@ impl<'a> Run<'a> {
         let mut beds = match scene.geometry.clone() {
             SceneGeometry::Packing(packing) => {
                 self.record.seeds.insert(self.key("packing"), packing.seed);
-                self.drop(&scene, &packing, library.as_ref(), path)?
+                match self.options.packings {
+                    HowMany::Number(_) => self.drop(&scene, &packing, library.as_ref(), path)?,
+                    HowMany::Planned(_) => Vec::new(),
+                }
             }
             SceneGeometry::Placed(_) if self.options.packings != HowMany::Number(1) => {
                 return Err(Error::OnePacking { scene: path.to_owned() });
@@ -235,34 +239,28 @@ impl<'a> Run<'a> {
                 vec![Bed { scene: scene.clone(), path: path.to_owned(), tracer: None }]
             }
         };
-        let mut tables = self.trace(&mut beds)?;
-        let plan = match (self.options.packings, &scene.geometry) {
+        let (tables, plan) = match (self.options.packings, &scene.geometry) {
             (HowMany::Planned(_), SceneGeometry::Packing(packing)) => {
-                let bands = signature::evaluate(&tables, &wavelengths_um)?;
-                let plan = Plan::new(&bands, PILOT, self.options.tolerance);
-                eprintln!("plan: {}", words::plan(&plan, self.options.tolerance));
-                if plan.packings > PILOT {
-                    for stage in &mut self.record.stages {
-                        stage.name.insert_str(0, "pilot ");
-                    }
-                    // Those of the pilot come from the cache.
-                    self.packings = plan.packings;
-                    beds = self.drop(&scene, packing, library.as_ref(), path)?;
-                    tables = self.trace(&mut beds)?;
-                }
-                Some(plan)
+                let (planned, tables, plan) =
+                    self.planned(&scene, packing, library.as_ref(), path, &wavelengths_um)?;
+                beds = planned;
+                (tables, Some(plan))
             }
-            _ => None,
+            _ => (self.trace(&mut beds)?, None),
         };
         let bands = self.signature(&scene, &tables, &wavelengths_um)?;
-        let drawn = matches!(scene.geometry, SceneGeometry::Packing(_));
-        let budget = Budget::new(&tables, &bands, drawn)?;
+        let origin = match &scene.geometry {
+            SceneGeometry::Packing(_) if plan.is_some_and(|plan| plan.touching) => Origin::Drawn,
+            SceneGeometry::Packing(packing) => Origin::of(packing),
+            SceneGeometry::Placed(_) => Origin::Given,
+        };
+        let budget = Budget::new(&tables, &bands, origin)?;
         output::bytes(&self.place("budget.csv"), budget.csv_text().as_bytes())?;
         self.wrote("budget.csv")?;
         self.picture(&mut beds[0], &tables[0])?;
         let mut reached = report::reached(&tables, &bands, &budget, self.options.tolerance);
         if let Some(plan) = plan {
-            reached.tolerance_reached = plan.packings >= plan.wanted;
+            reached.tolerance_reached = plan.is_whole();
         }
         reached.plan = plan;
         self.record.reached.insert(scene.name, reached);
@@ -322,6 +320,49 @@ impl<'a> Run<'a> {
 
     fn stage(&mut self, name: &str, seconds: f64, cached: bool) {
         self.record.stages.push(Stage { name: self.key(name), seconds, cached });
+    }
+
+    /// As many packings as the tolerance takes, dropped until their fines touch if it takes that.
+    fn planned(
+        &mut self,
+        scene: &Scene,
+        packing: &Packing,
+        library: Option<&Library>,
+        path: &Path,
+        wavelengths_um: &[f64],
+    ) -> Result<(Vec<Bed>, Vec<Table>, Plan), Error> {
+        let tolerance = self.options.tolerance;
+        let begun = self.record.stages.len();
+        let (mut scene, mut packing) = (scene.clone(), packing.clone());
+        let made = |run: &mut Self, scene: &Scene, packing: &Packing| {
+            let mut beds = run.drop(scene, packing, library, path)?;
+            let tables = run.trace(&mut beds)?;
+            Ok::<_, Error>((beds, tables))
+        };
+        let planned = |tables: &[Table], packing: &Packing| {
+            let bands = signature::evaluate(tables, wavelengths_um)?;
+            let budget = Budget::new(tables, &bands, Origin::of(packing))?;
+            let plan = Plan::new(&bands, &budget, tolerance);
+            eprintln!("plan: {}", words::plan(&plan, tolerance));
+            Ok::<_, Error>(plan)
+        };
+        let (mut beds, mut tables) = made(self, &scene, &packing)?;
+        let mut plan = planned(&tables, &packing)?;
+        if plan.touching {
+            packing.drop.collision = Collision::HullThenFines;
+            scene.geometry = SceneGeometry::Packing(packing.clone());
+            (beds, tables) = made(self, &scene, &packing)?;
+            plan = Plan { touching: true, ..planned(&tables, &packing)? };
+        }
+        if plan.packings > PILOT {
+            for stage in &mut self.record.stages[begun..] {
+                stage.name.insert_str(0, "pilot ");
+            }
+            // Those of the pilot come from the cache.
+            self.packings = plan.packings;
+            (beds, tables) = made(self, &scene, &packing)?;
+        }
+        Ok((beds, tables, plan))
     }
 
     /// Blender's part: the beds as placed geometry, with the scene's own materials and view.

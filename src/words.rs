@@ -8,7 +8,7 @@ use crate::budget::Share;
 use crate::chart::Trade;
 use crate::coverage::Cover;
 use crate::in_field::InField;
-use crate::packings::Plan;
+use crate::plan::Plan;
 use crate::radiometry::masked_in_words;
 use crate::record::{Reached, Record, Retrieval};
 use crate::spectrum::FacetSource;
@@ -83,16 +83,22 @@ pub fn trade(trade: &Trade, tolerance: f64) -> String {
 
 /// How many packings a tolerance takes.
 pub fn plan(plan: &Plan, tolerance: f64) -> String {
-    let Plan { pilot, spread, at_um, wanted, packings } = plan;
-    let most = if packings < wanted {
-        format!(", of which {packings} are dropped")
-    } else {
-        String::new()
-    };
-    format!(
-        "{pilot} packings differ by {spread:.4} (standard deviation at {at_um} um): \
-         {wanted} for +-{tolerance} at 95 %{most}"
-    )
+    let Plan { pilot, spread, at_um, apart, touching, wanted, packings } = plan;
+    let kind = if *touching && *apart == 0.0 { "packings whose fines touch" } else { "packings" };
+    let mut text =
+        format!("{pilot} {kind} differ by {spread:.4} (standard deviation at {at_um} um)");
+    if *apart > 0.0 {
+        let _ = write!(text, "; hulls keep their fines apart, which may make {apart:.4}");
+    }
+    if *touching && *apart > 0.0 {
+        let _ = write!(text, ": for +-{tolerance} fines have to touch");
+        return text;
+    }
+    let _ = write!(text, ": {wanted} for +-{tolerance} at 95 %");
+    if packings < wanted {
+        let _ = write!(text, " (of which {packings} are dropped)");
+    }
+    text
 }
 
 /// What was reached for a scene.
@@ -183,13 +189,16 @@ fn budget(share: &Share, spectra_unknown: &[String]) -> String {
     }));
     parts.push(format!("floor {:.4}", share.floor));
     parts.push(format!("paths given up {:.4}", share.given_up));
+    let apart = share.apart.map_or(String::new(), |apart| {
+        format!("hulls that keep fines apart up to {apart:.4} (not measured here), ")
+    });
     let recipe = if share.packings.is_some() { "of the recipe" } else { "of this geometry" };
     let unknown = match spectra_unknown {
         [] => String::new(),
         names => format!(" (those of {} come without an error)", names.join(", ")),
     };
     format!(
-        "  in all, {recipe}: within {:.4} at {} um: {}\n  beside that: spectra {:.4}{unknown}, straight lines \
+        "  in all, {recipe}: within {:.4} at {} um: {}\n  beside that: {apart}spectra {:.4}{unknown}, straight lines \
          between bands {:.4}\n",
         share.total,
         share.wavelength_um,

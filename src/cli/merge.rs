@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use soilsig::budget::Budget;
+use soilsig::budget::{Budget, Origin};
 use soilsig::error::{Error, Status};
 use soilsig::{merge, output, report, signature, words};
 
@@ -27,7 +27,7 @@ pub fn run(args: &Args) -> Outcome {
     let wavelengths_um = table.stop.grid.wavelengths_um();
     let whole = [table];
     let bands = signature::evaluate(&whole, &wavelengths_um)?;
-    let budget = Budget::new(&whole, &bands, false)?;
+    let budget = Budget::new(&whole, &bands, Origin::Given)?;
     let reached = report::reached(&whole, &bands, &budget, tolerance);
     print(&format!("{name}: {}", words::reached(&reached)))?;
     Ok::<_, Error>((!reached.tolerance_reached).then_some(Status::ToleranceNotReached))

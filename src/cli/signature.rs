@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use soilsig::budget::Budget;
+use soilsig::budget::{Budget, Origin};
 use soilsig::error::Error;
 use soilsig::output;
 use soilsig::radiometry::{Atmosphere, SkyTable, Temperature};
@@ -94,7 +94,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
         None => print(&signature::csv_text(&bands, temperature, assumed))?,
     }
     if let Some(path) = &args.budget {
-        let budget = Budget::new(&tables, &bands, tables.len() > 1)?;
+        let budget = Budget::new(&tables, &bands, Origin::of_tables(tables.len()))?;
         output::bytes(path, budget.csv_text().as_bytes())?;
     }
     eprint!("{}", words::retrieval(&report::retrieval(&tables[0], &bands, assumed)));

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use soilsig::budget::Budget;
+use soilsig::budget::{Budget, Origin};
 use soilsig::error::Status;
 use soilsig::progress::Step;
 use soilsig::scene::Scene;
@@ -87,7 +87,7 @@ pub fn run(args: &Args) -> Outcome {
     let all_reached = table.stop.reached || exactly.is_some();
     let packings = [table];
     let bands = signature::evaluate(&packings, &grid.wavelengths_um())?;
-    let budget = Budget::new(&packings, &bands, false)?;
+    let budget = Budget::new(&packings, &bands, Origin::Given)?;
     let reached = report::reached(&packings, &bands, &budget, args.enough.tolerance);
     if args.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&reached).expect("plain data")))?;

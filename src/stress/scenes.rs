@@ -6,7 +6,7 @@ use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::{Point, Setting};
-use crate::budget::Budget;
+use crate::budget::{Budget, Origin};
 use crate::error::{Error, Status};
 use crate::output::{self, OutputError};
 use crate::scene::Scene;
@@ -263,7 +263,7 @@ impl Outcome {
     /// What the tool says of tables.
     pub(super) fn of(tables: &[Table], grid: &Grid, target: Target) -> Result<Self, Error> {
         let bands = evaluate(tables, &grid.wavelengths_um())?;
-        let budget = Budget::new(tables, &bands, tables.len() > 1)?;
+        let budget = Budget::new(tables, &bands, Origin::of_tables(tables.len()))?;
         let reached = report::reached(tables, &bands, &budget, target.tolerance);
         let said = words::reached(&reached).lines().map(|line| line.trim().to_owned()).collect();
         let is_whole = reached.tolerance_reached || target.exactly.is_some();
