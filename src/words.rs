@@ -111,7 +111,10 @@ pub fn reached(r: &Reached) -> String {
         let _ = writeln!(text, "  planned: {}", plan(of, r.tolerance));
     }
     let _ = match r.spread {
-        None => writeln!(text, "  that is the noise of the rays on this one bed"),
+        None => writeln!(
+            text,
+            "  the interval is the noise of the rays on this one packing; packings differ by more: see --packings"
+        ),
         Some(spread) => writeln!(
             text,
             "  {} packings with a standard deviation of {spread:.4}; of the variance {:.0} % are theirs, \

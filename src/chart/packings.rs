@@ -26,8 +26,9 @@ const RAYS: f64 = 0.004;
 const REFERENCE: usize = 24;
 /// Seeds of the reference lie beyond those of the settings.
 const REFERENCE_SEED: u64 = 1 << 40;
-/// The most packings of which a mean is charted.
-const MOST: usize = 4;
+/// The most packings of which a mean is charted, as given and of levels that are cheap.
+const MOST: usize = 8;
+const MOST_OF_LEVEL: usize = 4;
 
 /// What the beds of a chart are made by.
 pub struct Maker<'a> {
@@ -46,6 +47,9 @@ struct Pool {
     each: Took,
 }
 
+/// A level: its name, its beds, and what it changes in the recipe.
+type Level = (&'static str, usize, fn(&mut Packing));
+
 /// Measures the settings of a packing; `told` hears what is measured next.
 ///
 /// Nothing comes from a cache, since it is timed.
@@ -58,7 +62,7 @@ pub fn packings(
     told: &dyn Fn(&str),
 ) -> Result<Trade, Error> {
     let fewest = REPEATS;
-    let most = if quick { fewest } else { fewest * MOST };
+    let many = |most: usize| if quick { fewest } else { fewest * most };
     told("reference");
     let contact = |packing: &mut Packing| packing.drop.collision = Collision::HullThenFines;
     let truth = maker.pool(scene, packing, path, REFERENCE, REFERENCE_SEED, &contact)?;
@@ -96,34 +100,45 @@ pub fn packings(
             settings.push(Setting::of(level, beds, &runs, &reference));
         }
     };
-    let pool = |level: &str, beds: usize, edit: &dyn Fn(&mut Packing)| {
-        told(level);
-        maker.pool(scene, packing, path, beds, packing.seed, edit)
-    };
-    let shipped = pool("as given", most, &|_| ())?;
+    told("as given");
+    let shipped = maker.pool(scene, packing, path, many(MOST), packing.seed, &|_| ())?;
     put("as given", &shipped, &bands);
     let share = silhouette(&shipped.tables[0]);
-    for (level, factor) in [("half the tray", 0.5), ("twice the tray", 2.0)] {
-        let beds = if factor > 1.0 { fewest } else { most };
-        let scaled = pool(level, beds, &|packing| widen(packing, factor))?;
-        put(level, &scaled, &bands);
-    }
-    for (level, edit) in [
-        ("half the grains in the tray", (|packing| thin(packing)) as fn(&mut Packing)),
-        ("4 substeps", |packing| packing.drop.substeps = 4),
-        ("10 substeps", |packing| packing.drop.substeps = 10),
-        ("1 variant of a grain", |packing| packing.variants = 1),
-        ("fines touch", |packing| packing.drop.collision = Collision::HullThenFines),
-    ] {
-        let made = pool(level, fewest, &edit)?;
-        put(level, &made, &bands);
+    let levels: [Level; 12] = [
+        ("half the tray", many(MOST_OF_LEVEL), |packing| widen(packing, 0.5)),
+        ("twice the tray", fewest, |packing| widen(packing, 2.0)),
+        ("half the grains in the tray", fewest, thin),
+        ("no rim left out", fewest, |packing| packing.crop_um = 0.0),
+        ("half the rim left out", fewest, |packing| packing.crop_um /= 2.0),
+        ("4 substeps", fewest, |packing| packing.drop.substeps = 4),
+        ("10 substeps", fewest, |packing| packing.drop.substeps = 10),
+        ("1 variant of a grain", fewest, |packing| packing.variants = 1),
+        ("fewest facets of fines", fewest, |packing| {
+            packing.fines.iter_mut().for_each(|class| class.ribs = Some(0));
+        }),
+        ("most facets of fines", fewest, |packing| {
+            packing.fines.iter_mut().for_each(|class| class.ribs = Some(2));
+        }),
+        ("fewest facets of grains", fewest, |packing| {
+            packing.grains.iter_mut().for_each(|class| class.ribs = Some(0));
+        }),
+        ("fines touch", fewest, |packing| packing.drop.collision = Collision::HullThenFines),
+    ];
+    for (level, beds, edit) in levels {
+        told(level);
+        match maker.pool(scene, packing, path, beds, packing.seed, &edit) {
+            Ok(made) => put(level, &made, &bands),
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            // What cannot be dropped has no place in the chart.
+            Err(error) => told(&format!("{level} is left out: {error}")),
+        }
     }
     // Without fines the grains' facets have the emissivity of what their silhouettes would show.
-    let bare = pool("fines as an areal mixture", most, &|packing| {
-        for class in &mut packing.grains {
-            class.fines = Fines::Count(0);
-        }
-    })?;
+    told("fines as an areal mixture");
+    let bare = |packing: &mut Packing| {
+        packing.grains.iter_mut().for_each(|class| class.fines = Fines::Count(0));
+    };
+    let bare = maker.pool(scene, packing, path, many(MOST_OF_LEVEL), packing.seed, &bare)?;
     let grains: Vec<usize> =
         packing.grains.iter().filter_map(|class| scene.material_index(&class.material)).collect();
     let mixed: Vec<Vec<f64>> = bands

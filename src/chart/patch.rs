@@ -84,6 +84,7 @@ pub fn patch(
     for (name, sides) in [
         ("mirror sides", Sides::Mirror),
         ("periodic sides", Sides::Periodic),
+        ("field of 1e9 particles", Sides::Field { particles: 1e9, seed: 0 }),
         ("open sides", Sides::Open),
     ] {
         if sides != own {
