@@ -2,8 +2,8 @@
 
 python3 scripts/tolerances.py PATH-OF-SOILSIG SCENE OUT TOLERANCE...
 
-Prints a table as Markdown. Every run starts from nothing; the error is the greatest of any band, and the
-finest run is judged by its own interval alone.
+Prints a table as Markdown. Every run starts from nothing; the error is the greatest of any band,
+and the finest run is judged by its own interval alone.
 """
 
 import csv

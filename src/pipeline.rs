@@ -322,6 +322,15 @@ impl<'a> Run<'a> {
         self.record.stages.push(Stage { name: self.key(name), seconds, cached });
     }
 
+    /// Says in the record that the stages from there on were those of a pilot.
+    fn call_pilot(&mut self, begun: usize) {
+        for stage in &mut self.record.stages[begun..] {
+            if !stage.name.starts_with("pilot ") {
+                stage.name.insert_str(0, "pilot ");
+            }
+        }
+    }
+
     /// As many packings as the tolerance takes, dropped until their fines touch if it takes that.
     fn planned(
         &mut self,
@@ -349,15 +358,14 @@ impl<'a> Run<'a> {
         let (mut beds, mut tables) = made(self, &scene, &packing)?;
         let mut plan = planned(&tables, &packing)?;
         if plan.touching {
+            self.call_pilot(begun);
             packing.drop.collision = Collision::HullThenFines;
             scene.geometry = SceneGeometry::Packing(packing.clone());
             (beds, tables) = made(self, &scene, &packing)?;
             plan = Plan { touching: true, ..planned(&tables, &packing)? };
         }
         if plan.packings > PILOT {
-            for stage in &mut self.record.stages[begun..] {
-                stage.name.insert_str(0, "pilot ");
-            }
+            self.call_pilot(begun);
             // Those of the pilot come from the cache.
             self.packings = plan.packings;
             (beds, tables) = made(self, &scene, &packing)?;
