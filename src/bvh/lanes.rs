@@ -9,7 +9,6 @@
 pub trait Lanes: Copy {
     fn splat(x: f32) -> Self;
     fn load(x: &[f32; 8]) -> Self;
-    fn store(self) -> [f32; 8];
     fn add(self, other: Self) -> Self;
     fn sub(self, other: Self) -> Self;
     fn mul(self, other: Self) -> Self;
@@ -78,10 +77,6 @@ impl Lanes for Portable {
         Self(*x)
     }
     #[inline(always)]
-    fn store(self) -> [f32; 8] {
-        self.0
-    }
-    #[inline(always)]
     fn add(self, other: Self) -> Self {
         self.zip(other, |a, b| a + b)
     }
@@ -148,8 +143,7 @@ mod avx2 {
         _mm256_cmpgt_epi32, _mm256_fmsub_ps, _mm256_loadu_ps, _mm256_loadu_si256, _mm256_max_epi32,
         _mm256_max_ps, _mm256_min_epi32, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps,
         _mm256_or_si256, _mm256_permutevar8x32_epi32, _mm256_set1_epi32, _mm256_set1_ps,
-        _mm256_setr_epi32, _mm256_shuffle_epi32, _mm256_storeu_ps, _mm256_storeu_si256,
-        _mm256_sub_ps,
+        _mm256_setr_epi32, _mm256_shuffle_epi32, _mm256_storeu_si256, _mm256_sub_ps,
     };
 
     /// One register.
@@ -175,12 +169,6 @@ mod avx2 {
         #[inline(always)]
         fn load(x: &[f32; 8]) -> Self {
             Self(unsafe { _mm256_loadu_ps(x.as_ptr()) })
-        }
-        #[inline(always)]
-        fn store(self) -> [f32; 8] {
-            let mut x = [0.0; 8];
-            unsafe { _mm256_storeu_ps(x.as_mut_ptr(), self.0) };
-            x
         }
         #[inline(always)]
         fn add(self, other: Self) -> Self {

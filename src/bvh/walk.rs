@@ -1,7 +1,7 @@
 //! From the root of a tree to the leaves that a ray meets, nearer ones first.
 
 use super::lanes::Lanes;
-use super::tree::{Child, Node, Tree, WIDTH};
+use super::tree::{Child, Node, Tree};
 use glam::{DVec3, Vec3A};
 
 /// What single precision may have moved a ray and a box or triangle against each other, as a share of
