@@ -36,6 +36,8 @@ pub struct Accelerator {
     /// The top level is built about this point; the greatest coordinate of its boxes.
     middle: DVec3,
     reach: f32,
+    /// The most nodes that a walk puts off.
+    put_off: usize,
 }
 
 struct MeshTree {
@@ -76,8 +78,21 @@ impl Hit {
 }
 
 thread_local! {
-    /// One for each thread, so that no ray needs to allocate one.
-    static STACK: RefCell<Stack> = const { RefCell::new(Stack::new()) };
+    /// Nodes that a walk puts off. One for each thread, so that no ray needs to allocate one.
+    static STACK: RefCell<(Vec<f32>, Vec<u32>)> = const { RefCell::new((Vec::new(), Vec::new())) };
+}
+
+/// Does what needs a stack of that size.
+#[inline(always)]
+fn with_stack<T>(size: usize, work: impl FnOnce(Stack) -> T) -> T {
+    STACK.with_borrow_mut(|stack| {
+        let (near, children) = stack;
+        if near.len() < size {
+            near.resize(size, 0.0);
+            children.resize(size, 0);
+        }
+        work(Stack { near, children })
+    })
 }
 
 impl Accelerator {
@@ -111,7 +126,9 @@ impl Accelerator {
                     Instance::new(number as usize, &bed.placements[number as usize])
                 }));
             });
-        Self { meshes, instances, top, middle, reach }
+        let below = meshes.iter().map(|mesh| mesh.tree.put_off()).max().unwrap_or(0);
+        let put_off = top.put_off() + below;
+        Self { meshes, instances, top, middle, reach, put_off }
     }
 
     /// One of the bed's meshes by itself.
@@ -124,7 +141,7 @@ impl Accelerator {
     /// The nearest hit within `t_max` um of `origin` along the unit vector `direction`.
     #[inline]
     pub fn closest(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<Hit> {
-        STACK.with_borrow_mut(|stack| {
+        with_stack(self.put_off, |stack| {
             let any = false;
             lanes::with_best(InBed { accelerator: self, origin, direction, t_max, any, stack })
                 .found()
@@ -135,7 +152,7 @@ impl Accelerator {
     /// say where the nearest is.
     #[inline]
     pub fn any(&self, origin: DVec3, direction: DVec3, t_max: f64) -> bool {
-        STACK.with_borrow_mut(|stack| {
+        with_stack(self.put_off, |stack| {
             let any = true;
             lanes::with_best(InBed { accelerator: self, origin, direction, t_max, any, stack })
                 .found()
@@ -152,7 +169,7 @@ struct InBed<'a> {
     t_max: f64,
     /// Whether any hit will do.
     any: bool,
-    stack: &'a mut Stack,
+    stack: Stack<'a>,
 }
 
 impl Work for InBed<'_> {
@@ -184,7 +201,7 @@ struct AtInstance<'a, L> {
 
 impl<L: Lanes> AtLeaf for AtInstance<'_, L> {
     #[inline(always)]
-    fn meet(&mut self, leaf: Child, entered: f32, stack: &mut Stack) -> f32 {
+    fn meet(&mut self, leaf: Child, entered: f32, stack: Stack) -> f32 {
         let instance = &self.accelerator.instances[leaf.number()];
         let ray = Ray::new(
             instance.to_mesh.transform_point3(self.origin),
@@ -200,7 +217,7 @@ impl<L: Lanes> AtLeaf for AtInstance<'_, L> {
 struct InMesh<'a> {
     mesh: &'a MeshTree,
     ray: Ray,
-    stack: &'a mut Stack,
+    stack: Stack<'a>,
 }
 
 impl Work for InMesh<'_> {
@@ -229,8 +246,9 @@ impl Alone<'_> {
     /// Number of the first triangle that a ray meets.
     pub fn closest(&self, origin: DVec3, direction: DVec3) -> Option<usize> {
         let (mesh, ray) = (self.mesh, Ray::new(origin, direction));
-        let hit =
-            STACK.with_borrow_mut(|stack| lanes::with_best(InMesh { mesh, ray, stack }).found());
+        let hit = with_stack(mesh.tree.put_off(), |stack| {
+            lanes::with_best(InMesh { mesh, ray, stack }).found()
+        });
         hit.map(|hit| hit.triangle)
     }
 }
@@ -238,10 +256,11 @@ impl Alone<'_> {
 /// Where a ray ends that need not go on: before every box.
 const END: f32 = f32::NEG_INFINITY;
 
-/// The least single above a double.
+/// A single above a double, by two units of the last place at most.
 #[inline(always)]
 fn above(t: f64) -> f32 {
-    (t as f32).next_up()
+    let t = t as f32;
+    t + (t.abs() * f32::EPSILON + f32::MIN_POSITIVE)
 }
 
 impl MeshTree {
@@ -269,7 +288,7 @@ impl MeshTree {
         placement: usize,
         any: bool,
         best: &mut Hit,
-        stack: &mut Stack,
+        stack: Stack,
     ) {
         // Single precision is best near the mesh.
         let start = f64::from(start);
@@ -297,15 +316,15 @@ struct AtBlock<'a, L> {
 
 impl<L: Lanes> AtLeaf for AtBlock<'_, L> {
     #[inline(always)]
-    fn meet(&mut self, leaf: Child, _: f32, _: &mut Stack) -> f32 {
+    fn meet(&mut self, leaf: Child, _: f32, _: Stack) -> f32 {
         let (placement, best) = (self.placement, &mut *self.best);
         let block = &self.mesh.blocks[leaf.number()];
         let mut met = self.cull.meet(block, leaf, self.t_max);
         while met != 0 {
-            let (number, corners) = block.triangle(met.trailing_zeros() as usize);
+            let slot = met.trailing_zeros() as usize % WIDTH;
             met &= met - 1;
-            if let Some(met) = self.ray.meet(corners) {
-                let triangle = number as usize;
+            if let Some(met) = self.ray.meet(|corner, axis| block.coordinate(corner, axis, slot)) {
+                let triangle = block.number(slot);
                 let first = (placement, triangle) < (best.placement, best.triangle);
                 if met.t < best.t || met.t == best.t && first {
                     *best = Hit { t: met.t, placement, triangle, weights: met.weights() };
@@ -394,7 +413,8 @@ mod tests {
                 Ray::new(to_mesh.transform_point3(origin), to_mesh.transform_vector3(direction));
             let mesh = &bed.meshes[place.mesh];
             for (triangle, corners) in mesh.triangles.iter().enumerate() {
-                let met = ray.meet(corners.map(|i| mesh.vertices[i as usize].as_dvec3()));
+                let corners = corners.map(|i| mesh.vertices[i as usize].as_dvec3());
+                let met = ray.meet(|corner, axis| corners[corner][axis]);
                 if let Some(met) = met.filter(|met| met.t < best.t) {
                     best = Hit { t: met.t, placement, triangle, weights: met.weights() };
                 }
@@ -438,16 +458,20 @@ mod tests {
                 let found = accelerator.closest(origin, direction, t_max);
                 let expected = every(&bed, origin, direction, t_max);
                 assert_eq!(found, expected, "ray {i} in {extent_um} um");
-                let mut stack = Stack::new();
-                let search = InBed {
-                    accelerator: &accelerator,
-                    origin,
-                    direction,
-                    t_max,
-                    any: false,
-                    stack: &mut stack,
-                };
-                assert_eq!(search.run::<Portable>().found(), expected, "without vectors");
+                for any in [false, true] {
+                    let found = with_stack(accelerator.put_off, |stack| {
+                        let accelerator = &accelerator;
+                        let search = InBed { accelerator, origin, direction, t_max, any, stack };
+                        search.run::<Portable>().found()
+                    });
+                    if any {
+                        assert_eq!(found.is_some(), expected.is_some(), "any, without vectors");
+                    } else {
+                        assert_eq!(found, expected, "without vectors");
+                    }
+                }
+                let any = accelerator.any(origin, direction, t_max);
+                assert_eq!(any, expected.is_some(), "any of ray {i} in {extent_um} um");
                 hits += usize::from(found.is_some());
                 near = found.map(|hit| origin + hit.t * direction).or(near);
             }

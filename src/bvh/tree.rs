@@ -15,7 +15,8 @@ pub const WIDTH: usize = 8;
 pub struct Node {
     /// Least x, y and z of each child, then greatest x, y and z.
     pub planes: [[f32; WIDTH]; 6],
-    pub children: [Child; WIDTH],
+    /// As the numbers that `Child` holds.
+    pub children: [u32; WIDTH],
 }
 
 /// Number of an inner node; or of a leaf's block, its first slot and how many it holds.
@@ -57,8 +58,12 @@ impl Child {
     }
 }
 
-/// The nodes; the first is the root.
-pub struct Tree(pub Vec<Node>);
+pub struct Tree {
+    /// The first is the root.
+    pub nodes: Vec<Node>,
+    /// The most inner nodes between the root and a leaf.
+    depth: usize,
+}
 
 /// What it takes to test a node's eight boxes, in what a leaf's test takes.
 const NODE_COST: f32 = 1.0;
@@ -70,16 +75,18 @@ impl Tree {
     pub fn new(boxes: &[Aabb], per_block: usize, mut block: impl FnMut(&[u32])) -> Self {
         let mut nodes = vec![Node::EMPTY];
         if boxes.is_empty() {
-            return Self(nodes);
+            return Self { nodes, depth: 1 };
         }
+        let mut deepest = 1;
         let settings = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::medium_build() };
         let binary = build_bvh2(boxes, settings, &mut Duration::default());
         let costs = Costs::new(&binary, per_block);
         let mut blocks = 0;
-        let mut open = vec![(0, 0)];
+        let mut open = vec![(0, 0, 1)];
         let (mut children, mut members) =
             (Vec::with_capacity(WIDTH), Vec::with_capacity(2 * WIDTH));
-        while let Some((from, into)) = open.pop() {
+        while let Some((from, into, depth)) = open.pop() {
+            deepest = deepest.max(depth);
             children.clear();
             if costs.is_leaf(from) {
                 children.push(from);
@@ -92,7 +99,7 @@ impl Tree {
                     nodes[into].planes[axis][slot] = aabb.min[axis];
                     nodes[into].planes[axis + 3][slot] = aabb.max[axis];
                 }
-                nodes[into].children[slot] = if costs.is_leaf(child) {
+                let Child(number) = if costs.is_leaf(child) {
                     let mut first = members.len();
                     costs.members(child, &mut members);
                     if members.len() > per_block {
@@ -104,15 +111,21 @@ impl Tree {
                     Child::leaf(blocks, first, members.len() - first)
                 } else {
                     nodes.push(Node::EMPTY);
-                    open.push((child, nodes.len() - 1));
+                    open.push((child, nodes.len() - 1, depth + 1));
                     Child::node(nodes.len() - 1)
                 };
+                nodes[into].children[slot] = number;
             }
         }
         if !members.is_empty() {
             block(&members);
         }
-        Self(nodes)
+        Self { nodes, depth: deepest }
+    }
+
+    /// The most nodes that a walk puts off, and room to write eight at a time.
+    pub fn put_off(&self) -> usize {
+        self.depth * (WIDTH - 1) + WIDTH
     }
 }
 
@@ -127,7 +140,7 @@ impl Node {
             [f32::NEG_INFINITY; WIDTH],
             [f32::NEG_INFINITY; WIDTH],
         ],
-        children: [Child::ROOT; WIDTH],
+        children: [Child::ROOT.0; WIDTH],
     };
 }
 

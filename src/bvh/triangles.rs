@@ -37,18 +37,16 @@ impl Block {
         block
     }
 
-    /// Number in the mesh and corners.
+    /// Number in the mesh.
     #[inline(always)]
-    pub fn triangle(&self, slot: usize) -> (u32, [DVec3; 3]) {
-        let slot = slot % WIDTH;
-        let [a, b, c] = &self.corners;
-        (self.numbers[slot], [at(a, slot), at(b, slot), at(c, slot)])
+    pub fn number(&self, slot: usize) -> usize {
+        self.numbers[slot] as usize
     }
-}
 
-#[inline(always)]
-fn at(corner: &[[f32; WIDTH]; 3], slot: usize) -> DVec3 {
-    Vec3::new(corner[0][slot], corner[1][slot], corner[2][slot]).as_dvec3()
+    #[inline(always)]
+    pub fn coordinate(&self, corner: usize, axis: usize, slot: usize) -> f64 {
+        self.corners[corner][axis.min(2)][slot].into()
+    }
 }
 
 /// A ray in single precision, to tell which triangles it cannot meet.
@@ -104,9 +102,9 @@ impl<L: Lanes> Cull<L> {
     #[inline(always)]
     fn sheared(&self, corner: &[[f32; WIDTH]; 3]) -> [L; 3] {
         let [x, y, z] = self.axes;
-        let px = L::load(&corner[x % 3]).sub(self.origin[0]);
-        let py = L::load(&corner[y % 3]).sub(self.origin[1]);
-        let pz = L::load(&corner[z % 3]).sub(self.origin[2]);
+        let px = L::load(&corner[x.min(2)]).sub(self.origin[0]);
+        let py = L::load(&corner[y.min(2)]).sub(self.origin[1]);
+        let pz = L::load(&corner[z.min(2)]).sub(self.origin[2]);
         [pz.mul_sub(self.shear[0], px), pz.mul_sub(self.shear[1], py), pz.mul(self.shear[2])]
     }
 }
@@ -129,6 +127,8 @@ pub struct Ray {
     /// The last is that along which the ray goes most; the others keep the turn.
     axes: [usize; 3],
     shear: DVec3,
+    /// The origin along these axes.
+    turned: DVec3,
 }
 
 /// Where a ray meets a triangle: the distance, and twice the areas that the corners' weights go by.
@@ -161,16 +161,17 @@ impl Ray {
         let axes = if direction[most] < 0.0 { [y, x, most] } else { [x, y, most] };
         let scale = 1.0 / direction[most];
         let shear = DVec3::new(direction[axes[0]] * scale, direction[axes[1]] * scale, scale);
-        Self { origin, direction, axes, shear }
+        let turned = DVec3::new(origin[axes[0]], origin[axes[1]], origin[axes[2]]);
+        Self { origin, direction, axes, shear, turned }
     }
 
     /// Where the ray meets the triangle, from either side, at 0 or further. No ray passes between two
     /// triangles that share an edge: both compute the same product for it but for the sign, and a ray on it
-    /// meets both.
+    /// meets both. `coordinate` gives that of a corner along an axis.
     #[inline(always)]
-    pub fn meet(&self, corners: [DVec3; 3]) -> Option<Met> {
-        let (a, b, c) =
-            (self.sheared(corners[0]), self.sheared(corners[1]), self.sheared(corners[2]));
+    pub fn meet(&self, coordinate: impl Fn(usize, usize) -> f64) -> Option<Met> {
+        let corner = |number| self.sheared(self.axes.map(|axis| coordinate(number, axis)));
+        let (a, b, c) = (corner(0), corner(1), corner(2));
         let (u, v, w) = (b.y * c.x - b.x * c.y, c.y * a.x - c.x * a.y, a.y * b.x - a.x * b.y);
         if u.min(v).min(w) < 0.0 && u.max(v).max(w) > 0.0 {
             return None;
@@ -183,10 +184,10 @@ impl Ray {
         (t >= 0.0).then_some(Met { t, v, w, sum })
     }
 
-    /// A corner relative to the origin, across and along the ray.
+    /// A corner along the ray's axes, relative to the origin, across and along the ray.
     #[inline(always)]
-    fn sheared(&self, corner: DVec3) -> DVec3 {
-        let (p, [x, y, z]) = (corner - self.origin, self.axes);
-        DVec3::new(p[x] - self.shear.x * p[z], p[y] - self.shear.y * p[z], self.shear.z * p[z])
+    fn sheared(&self, corner: [f64; 3]) -> DVec3 {
+        let p = DVec3::from(corner) - self.turned;
+        DVec3::new(p.x - self.shear.x * p.z, p.y - self.shear.y * p.z, self.shear.z * p.z)
     }
 }

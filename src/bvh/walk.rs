@@ -1,8 +1,8 @@
 //! From the root of a tree to the leaves that a ray meets, nearer ones first.
 
 use super::lanes::Lanes;
-use super::tree::{Child, Node, Tree, WIDTH};
-use glam::{DVec3, Vec3};
+use super::tree::{Child, Node, Tree};
+use glam::{DVec3, Vec3A};
 
 /// What single precision may have moved a ray and a box or triangle against each other, as a share of
 /// the greatest coordinate of either: sixteen units in the last place.
@@ -11,17 +11,10 @@ use glam::{DVec3, Vec3};
 /// of it once each (1 + 2 + 2 units), the difference once (2 units).
 pub const ROUNDING: f32 = 1.0 / (1 << 20) as f32;
 
-/// Nodes still to be visited: the distance in the upper half, the child in the lower, so that they sort by
-/// distance. As long as it ever was; how much of it is in use goes beside it.
-pub struct Stack {
-    entries: Vec<u64>,
-    used: usize,
-}
-
-impl Stack {
-    pub const fn new() -> Self {
-        Self { entries: Vec::new(), used: 0 }
-    }
+/// Nodes still to be visited: where the ray enters them, and which they are.
+pub struct Stack<'a> {
+    pub near: &'a mut [f32],
+    pub children: &'a mut [u32],
 }
 
 /// A ray in single precision, as wide as its rounding.
@@ -40,50 +33,48 @@ impl<L: Lanes> Slabs<L> {
     #[inline(always)]
     pub fn new(origin: DVec3, direction: DVec3, reach: f32) -> Self {
         let room = reach * ROUNDING;
-        let (origin, direction) = (origin.as_vec3(), direction.as_vec3());
+        let (origin, direction) = (origin.as_vec3a(), direction.as_vec3a());
         // So near to zero that the ray does not get anywhere along that axis.
-        let least = direction.abs().max_element() * 1e-18;
-        let tiny = Vec3::splat(least);
-        let direction = Vec3::select(direction.abs().cmplt(tiny), tiny, direction);
+        let tiny = Vec3A::splat(direction.abs().max_element() * 1e-18);
+        let direction = Vec3A::select(direction.abs().cmplt(tiny), tiny, direction);
         let inverse = direction.recip();
         let along = origin * inverse;
         let room = inverse.abs() * room;
-        let (enter, leave) = (along + room, along - room);
-        let backward = |axis: usize| if direction[axis] < 0.0 { 3 } else { 0 };
-        let first = [backward(0), 1 + backward(1), 2 + backward(2)];
+        let backward = direction.is_negative_bitmask() as usize;
+        let first = [0, 1, 2].map(|axis| axis + 3 * (backward >> axis & 1));
         Self {
             inverse: splat(inverse),
-            enter: splat(enter),
-            leave: splat(leave),
+            enter: splat(along + room),
+            leave: splat(along - room),
             first,
             last: [3 - first[0], 5 - first[1], 7 - first[2]],
         }
     }
 
-    /// Where the ray enters each child's box, and a bit for each that it meets within `t_max`.
+    /// Where the ray enters each child's box and where it leaves it, or ends.
     #[inline(always)]
-    fn meet(&self, node: &Node, t_max: f32) -> (L, u32) {
+    fn meet(&self, node: &Node, t_max: f32) -> (L, L) {
         let [x, y, z] = self.first;
         let entered = cross(node, x, self.inverse[0], self.enter[0])
-            .max(cross(node, y, self.inverse[1], self.enter[1]))
-            .max(cross(node, z, self.inverse[2], self.enter[2]).max(L::splat(0.0)));
+            .greater(cross(node, y, self.inverse[1], self.enter[1]))
+            .greater(cross(node, z, self.inverse[2], self.enter[2]).greater(L::splat(0.0)));
         let [x, y, z] = self.last;
         let left = cross(node, x, self.inverse[0], self.leave[0])
-            .min(cross(node, y, self.inverse[1], self.leave[1]))
-            .min(cross(node, z, self.inverse[2], self.leave[2]).min(L::splat(t_max)));
-        (entered, entered.at_most(left))
+            .lesser(cross(node, y, self.inverse[1], self.leave[1]))
+            .lesser(cross(node, z, self.inverse[2], self.leave[2]).lesser(L::splat(t_max)));
+        (entered, left)
     }
 }
 
 #[inline(always)]
-fn splat<L: Lanes>(v: Vec3) -> [L; 3] {
+fn splat<L: Lanes>(v: Vec3A) -> [L; 3] {
     [L::splat(v.x), L::splat(v.y), L::splat(v.z)]
 }
 
 /// Where the ray meets the planes of that number.
 #[inline(always)]
 fn cross<L: Lanes>(node: &Node, plane: usize, inverse: L, along: L) -> L {
-    L::load(&node.planes[plane % 6]).mul_sub(inverse, along)
+    L::load(&node.planes[plane.min(5)]).mul_sub(inverse, along)
 }
 
 /// What is done at a leaf that a ray enters at some distance; says how far the ray still reaches.
@@ -91,86 +82,47 @@ fn cross<L: Lanes>(node: &Node, plane: usize, inverse: L, along: L) -> L {
 /// To be inlined, so that it has the features of what it is inlined into: a closure would not be where there are
 /// several walks, and every operation on lanes in it would become a call.
 pub trait AtLeaf {
-    fn meet(&mut self, leaf: Child, entered: f32, stack: &mut Stack) -> f32;
+    fn meet(&mut self, leaf: Child, entered: f32, stack: Stack) -> f32;
 }
 
 /// Calls `leaf` with the leaves that the ray meets and where it enters them; `leaf` returns the ray's
-/// new end. What stands on the stack stays there.
+/// new end, and may use what is left of the stack.
+///
+/// All that is met goes through the stack: eight children are sorted at once, without a branch that the processor
+/// would have to guess.
 #[inline(always)]
 pub fn walk<L: Lanes>(
     tree: &Tree,
     slabs: &Slabs<L>,
     mut t_max: f32,
-    stack: &mut Stack,
+    stack: Stack,
     mut leaf: impl AtLeaf,
 ) {
-    let base = stack.used;
-    let mut used = base;
+    let Stack { near, children } = stack;
+    let mut used = 0;
     let mut current = Child::ROOT;
-    let mut entered = 0.0;
     loop {
-        while !current.is_leaf() {
-            let node = &tree.0[current.number()];
-            let (near, mut met) = slabs.meet(node, t_max);
-            if met == 0 {
-                break;
-            }
-            let near = near.store();
-            let slot = met.trailing_zeros() as usize % WIDTH;
-            met &= met - 1;
-            current = node.children[slot];
-            entered = near[slot];
-            if met == 0 {
-                continue;
-            }
-            if stack.entries.len() < used + WIDTH {
-                stack.entries.resize(2 * (used + WIDTH), 0);
-            }
-            let entries = &mut stack.entries[used..used + WIDTH];
-            let mut nearest = entry(entered, current);
-            let mut count = 0;
-            while met != 0 {
-                let slot = met.trailing_zeros() as usize % WIDTH;
-                met &= met - 1;
-                let other = entry(near[slot], node.children[slot]);
-                // The nearest is next; farther ones lie below.
-                let farther = nearest.max(other);
-                nearest = nearest.min(other);
-                let mut place = count % WIDTH;
-                while place > 0 && entries[place - 1] < farther {
-                    entries[place] = entries[place - 1];
-                    place -= 1;
-                }
-                entries[place] = farther;
-                count += 1;
-            }
-            used += count;
-            (entered, current) = parts(nearest);
-        }
-        if current.is_leaf() {
-            stack.used = used;
-            t_max = leaf.meet(current, entered, stack);
-        }
+        let node = &tree.nodes[current.number()];
+        let (enter, leave) = slabs.meet(node, t_max);
+        let room = "no walk puts off more than `Tree::put_off` says";
+        let (sorted, _) = near[used..].split_first_chunk_mut().expect(room);
+        let (beside, _) = children[used..].split_first_chunk_mut().expect(room);
+        used += enter.sort_at_most(leave, &node.children, (sorted, beside));
         loop {
-            if used == base {
-                stack.used = base;
+            if used == 0 {
                 return;
             }
             used -= 1;
-            (entered, current) = parts(stack.entries[used]);
-            if entered <= t_max {
+            let entered = near[used];
+            if entered > t_max {
+                continue;
+            }
+            current = Child(children[used]);
+            if !current.is_leaf() {
                 break;
             }
+            let stack = Stack { near: &mut near[used..], children: &mut children[used..] };
+            t_max = leaf.meet(current, entered, stack);
         }
     }
-}
-
-#[inline(always)]
-fn entry(entered: f32, child: Child) -> u64 {
-    u64::from(entered.to_bits()) << 32 | u64::from(child.0)
-}
-
-#[inline(always)]
-fn parts(entry: u64) -> (f32, Child) {
-    (f32::from_bits((entry >> 32) as u32), Child(entry as u32))
 }
