@@ -81,7 +81,7 @@ pub fn beside(path: &Path) -> Result<Vec<Setting>, BesideError> {
         wrong(error.position().map_or(1, csv::Position::line), error.to_string())
     };
     let mut reader = csv::Reader::from_reader(std::io::BufReader::new(file));
-    if reader.headers().map_err(unreadable)? != &HEADINGS[..] {
+    if reader.headers().map_err(unreadable)? != HEADINGS.as_slice() {
         return Err(wrong(1, "the headings are not those of a chart.csv".into()));
     }
     let mut settings = Vec::new();
