@@ -43,7 +43,9 @@ intervals: ## count how often the 95 % intervals hold the truth (docs/tracer.md)
 
 chart: setup ## chart error against time, of the settled patch and of sparse beds (docs/performance.md)
 	cargo build --release
-	target/release/soilsig chart scenes/settled_patch.json --out docs/figures/chart_patch
+	benches/mitsuba/run.sh --points docs/figures/chart_patch/mitsuba.csv
+	target/release/soilsig chart scenes/settled_patch.json --beside docs/figures/chart_patch/mitsuba.csv \
+	    --out docs/figures/chart_patch
 	target/release/soilsig chart sparse --out docs/figures/chart_sparse
 
 scale: setup ## chart what fields of 10^4 to 10^9 particles cost (docs/tracer.md)

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::blender::BlenderError;
+use crate::chart::BesideError;
 use crate::envi::EnviError;
 use crate::export::DirsigError;
 use crate::image::ImageError;
@@ -119,6 +120,9 @@ pub enum Error {
     /// A bounce table is wrong.
     #[error(transparent)]
     Table(#[from] TableError),
+    /// Settings measured elsewhere cannot be charted.
+    #[error(transparent)]
+    Beside(#[from] BesideError),
     /// A chart could not be drawn.
     #[error(transparent)]
     Plot(#[from] PlotError),
@@ -161,6 +165,7 @@ impl Error {
             | Self::Envi(_)
             | Self::Radiometry(_)
             | Self::Table(_)
+            | Self::Beside(_)
             | Self::Plot(_)
             | Self::Picture(_)
             | Self::Record(_) => Status::Input,
@@ -189,6 +194,7 @@ impl Error {
             Self::Envi(error) => error.hint(),
             Self::Radiometry(error) => error.hint(),
             Self::Table(error) => error.hint(),
+            Self::Beside(error) => error.hint(),
             Self::Plot(error) => error.hint(),
             Self::Coverage { known, .. } => {
                 Some(format!("there are {known}, all, and any share from 0 to 1"))

@@ -1,19 +1,38 @@
 //! Error against time: what the chart of the shipped patch says of levels whose order is known.
 
 use std::collections::HashMap;
+use std::fs;
+use std::path::Path;
+use std::process::Output;
 
 use assert_cmd::Command;
+
+const HEADINGS: &str = "level,setting,repeats,wall_s,cpu_s,rms_error,worst_band_error,bias,\
+                        reference_rms,reference_worst_band\n";
+
+fn chart(beside: &Path, out: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_soilsig"))
+        .args(["chart", "scenes/settled_patch.json", "--quick", "--range", "8-9.5"])
+        .args(["--step", "0.05", "--beside"])
+        .arg(beside)
+        .arg("--out")
+        .arg(out)
+        .output()
+        .expect("it starts")
+}
 
 #[test]
 fn a_chart_tells_bias_from_noise_and_draws_both() {
     let folder = tempfile::tempdir().expect("a folder");
+    let peer = folder.path().join("peer.csv");
+    // Better and cheaper than any of ours.
+    fs::write(
+        &peer,
+        format!("{HEADINGS}Peer,64 paths,12,0.0002,0.0001,0.0001,0.0002,0,0.00003,0.00004\n"),
+    )
+    .expect("written");
     let out = folder.path().join("chart");
-    let run = Command::new(env!("CARGO_BIN_EXE_soilsig"))
-        .args(["chart", "scenes/settled_patch.json", "--quick", "--range", "8-9.5"])
-        .args(["--step", "0.05", "--out"])
-        .arg(&out)
-        .output()
-        .expect("it starts");
+    let run = chart(&peer, &out);
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     let mut rows: HashMap<(String, String), HashMap<String, f64>> = HashMap::new();
     let mut reader = csv::Reader::from_path(out.join("chart.csv")).expect("it is there");
@@ -44,4 +63,41 @@ fn a_chart_tells_bias_from_noise_and_draws_both() {
     }
     let said = String::from_utf8(run.stdout).expect("UTF-8");
     assert!(said.contains("the cheapest within 0.005"), "{said}");
+    // What was measured elsewhere is in the file and the picture, and nowhere a choice.
+    let row = &rows[&("Peer".to_owned(), "64 paths".to_owned())];
+    assert_eq!(
+        ["cpu_s", "worst_band_error", "reference_worst_band"].map(|h| row[h]),
+        [1e-4, 2e-4, 4e-5]
+    );
+    let svg = fs::read_to_string(out.join("chart.svg")).expect("it is there");
+    assert!(
+        svg.contains(">Peer<") && svg.contains("Squares: measured elsewhere"),
+        "no peer is drawn"
+    );
+    assert!(!said.contains("Peer") && !svg.contains("Peer, 64 paths"), "{said}");
+}
+
+#[test]
+fn a_file_beside_the_chart_that_is_none_of_its_kind_is_refused_before_anything_is_measured() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let peer = folder.path().join("peer.csv");
+    let good = "Peer,64 paths,12,1,1,0.1,0.2,0,0,0\n";
+    for (text, line, problem) in [
+        ("time,error\n1,2\n".to_owned(), 1, "headings"),
+        (HEADINGS.to_owned(), 1, "no rows"),
+        (format!("{HEADINGS}{good}Peer,128 paths,12,1,1,0.1\n"), 3, "fields"),
+        (format!("{HEADINGS}{good}Peer,128 paths,12,1,1,?,0.2,0,0,0\n"), 3, "rms_error is \"?\""),
+        (format!("{HEADINGS}Peer,64 paths,12,1,1,0.1,NaN,0,0,0\n"), 2, "worst_band_error"),
+        (format!("{HEADINGS}Peer,64 paths,12,1,0,0.1,0.2,0,0,0\n"), 2, "cpu_s"),
+        (format!("{HEADINGS}Peer,64 paths,0,1,1,0.1,0.2,0,0,0\n"), 2, "repeats"),
+        (format!("{HEADINGS},64 paths,12,1,1,0.1,0.2,0,0,0\n"), 2, "level"),
+    ] {
+        fs::write(&peer, &text).expect("written");
+        let run = chart(&peer, &folder.path().join("chart"));
+        let said = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(3), "{text}: {said}");
+        assert!(said.contains(&format!("peer.csv, line {line}: ")), "{text}: {said}");
+        assert!(said.contains(problem) && said.contains("columns of chart.csv"), "{text}: {said}");
+        assert!(!said.contains("measuring"), "{said}");
+    }
 }

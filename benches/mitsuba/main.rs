@@ -6,10 +6,15 @@
 //! all 651 take as many times as long as there are groups of four, though a render gives three: so whatever a
 //! render of four bands would take, it is not slower here. It ends paths by Russian roulette as it does by default;
 //! without, it takes about twice as long.
+//!
+//! With a file as the fourth argument Mitsuba's points in the chart of the scene are written to it (`points`).
+
+mod points;
 
 use std::error::Error;
 use std::fs;
 use std::io::Write as _;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -32,12 +37,13 @@ const TOLERANCE: f64 = 0.002;
 const REFERENCE_TOLERANCE: f64 = 0.0006;
 /// Renders of Mitsuba in each run: their spread is its standard error.
 const SEEDS: u64 = 32;
-const PIXELS: u64 = 64;
-const SAMPLES: u64 = 2;
+const FILM: Film = Film { pixels: 64, samples: 2 };
 /// Groups of four that 651 bands make.
 const GROUPS: f64 = 163.0;
 /// Bands that Mitsuba renders in place of all, three at a time, um.
 const BANDS_UM: [f64; 12] = [7.6, 8.2, 8.5, 8.62, 8.95, 9.2, 9.6, 10.5, 11.5, 12.3, 12.65, 13.5];
+/// What all bands take in place of these.
+const ALL_BY_SOME: f64 = GROUPS / (BANDS_UM.len() as f64 / 3.0);
 const ONE_BAND_UM: f64 = 9.0;
 
 type Done<T> = Result<T, Box<dyn Error>>;
@@ -111,18 +117,33 @@ fn open(scene: &str, to: &str) -> Done<()> {
     Ok(fs::write(to, json.to_string())?)
 }
 
-/// What Mitsuba's renders gave: CPU seconds of each, means by render and band, peak memory in MB.
-struct Theirs {
-    cpu_s: Vec<f64>,
-    means: Vec<Vec<f64>>,
-    peak_memory_mb: f64,
+/// Pixels of a side, and paths through each.
+struct Film {
+    pixels: u64,
+    samples: u64,
 }
 
-fn theirs(python: &str, ours: &Ours, reflectances: &[Vec<f64>], run: u64) -> Done<Theirs> {
+/// What Mitsuba's renders gave: seconds of each, means by render and band, peak memory in MB.
+#[derive(Default)]
+struct Theirs {
+    cpu_s: Vec<f64>,
+    wall_s: Vec<f64>,
+    means: Vec<Vec<f64>>,
+    peak_memory_mb: f64,
+    version: String,
+}
+
+fn theirs(
+    python: &str,
+    ours: &Ours,
+    reflectances: &[Vec<f64>],
+    film: &Film,
+    seeds: Range<u64>,
+) -> Done<Theirs> {
     let job = json!({
         "scene": ours.exported.join("scene.xml"), "reflectances": reflectances,
-        "pixels": PIXELS, "samples": SAMPLES, "rr_depth": 5,
-        "seeds": (SEEDS * run..SEEDS * (run + 1)).collect::<Vec<_>>(),
+        "pixels": film.pixels, "samples": film.samples, "rr_depth": 5,
+        "seeds": seeds.collect::<Vec<_>>(),
     });
     let mut child = Command::new(python)
         .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/mitsuba/peer.py"))
@@ -134,13 +155,15 @@ fn theirs(python: &str, ours: &Ours, reflectances: &[Vec<f64>], run: u64) -> Don
     if !output.status.success() {
         return Err(format!("Mitsuba: {}", output.status).into());
     }
-    let mut theirs = Theirs { cpu_s: Vec::new(), means: Vec::new(), peak_memory_mb: 0.0 };
+    let mut theirs = Theirs::default();
     for line in String::from_utf8(output.stdout)?.lines() {
         let render: Value = serde_json::from_str(line)?;
         if let Some(peak) = render["peak_memory_mb"].as_f64() {
             theirs.peak_memory_mb = peak;
+            theirs.version = render["mitsuba"].as_str().ok_or("no version")?.into();
         } else {
             theirs.cpu_s.push(render["cpu_s"].as_f64().ok_or("no time")?);
+            theirs.wall_s.push(render["wall_s"].as_f64().ok_or("no time")?);
             theirs.means.push(serde_json::from_value(render["means"].clone())?);
         }
     }
@@ -180,10 +203,18 @@ fn root_mean_square(values: impl Iterator<Item = f64> + Clone) -> f64 {
 
 fn main() -> Done<()> {
     let args: Vec<String> = std::env::args().skip(1).filter(|arg| arg != "--bench").collect();
-    let [scene, python, open_scene] = &args[..] else {
-        return Err("give a placed scene, the Python with Mitsuba, and where to write".into());
-    };
-    rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
+    match &args[..] {
+        [scene, python, open_scene] => {
+            rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
+            costs(python, &ours(scene, open_scene)?)
+        }
+        [scene, python, open_scene, file] => points::write(python, &ours(scene, open_scene)?, file),
+        _ => Err("give a placed scene, the Python with Mitsuba, and where to write".into()),
+    }
+}
+
+/// The scene with open sides, for both.
+fn ours(scene: &str, open_scene: &str) -> Done<Ours> {
     open(scene, open_scene)?;
     let path = Path::new(open_scene);
     let scene = Scene::read(path)?;
@@ -191,7 +222,10 @@ fn main() -> Done<()> {
     let materials = trace::materials(&scene, path)?;
     let exported = path.with_extension("mitsuba");
     export::export(&scene, path, To::Mitsuba, &BANDS_UM[..3], &exported)?;
-    let ours = Ours { tracer, scene, materials, path: open_scene.clone(), exported };
+    Ok(Ours { tracer, scene, materials, path: open_scene.into(), exported })
+}
+
+fn costs(python: &str, ours: &Ours) -> Done<()> {
     let all = ours.bands(&Grid::PAPER.wavelengths_um())?;
     let some = ours.bands(&BANDS_UM)?;
     let one = ours.bands(&[ONE_BAND_UM])?;
@@ -217,14 +251,14 @@ fn main() -> Done<()> {
         let (cpu_s, means) = ours.run(&one, &one, run, TOLERANCE)?;
         cost_one[0].push(cpu_s * error(&means[0]).powi(2));
         off_one[0].push(means[0].mean - exact_one.mean);
-        let renders = theirs(python, &ours, &some, run)?;
+        let seeds = |run| SEEDS * run..SEEDS * (run + 1);
+        let renders = theirs(python, ours, &some, &FILM, seeds(run))?;
         let (cpu_s, variances) = cost(&renders);
-        let all_s = cpu_s / (BANDS_UM.len() as f64 / 3.0) * GROUPS;
-        cost_all[1].push(all_s * mean(variances.into_iter()));
+        cost_all[1].push(cpu_s * ALL_BY_SOME * mean(variances.into_iter()));
         let mean_of = |band: usize| moments(renders.means.iter().map(move |m| m[band])).0;
         off[1].extend(exact.iter().enumerate().map(|(band, exact)| mean_of(band) - exact.mean));
         their_peak_mb = their_peak_mb.max(renders.peak_memory_mb);
-        let renders = theirs(python, &ours, &thrice, RUNS + run)?;
+        let renders = theirs(python, ours, &thrice, &FILM, seeds(RUNS + run))?;
         let (cpu_s, variances) = cost(&renders);
         cost_one[1].push(cpu_s * mean(variances.into_iter()));
         off_one[1].push(moments(renders.means.iter().map(|m| m[0])).0 - exact_one.mean);

@@ -10,13 +10,14 @@ Reads a job from standard input, one JSON object:
     rr_depth      bounces after which Mitsuba may end paths by Russian roulette; absent: never
 
 Writes a line for each render: the mean over the film of the light of a sky of radiance 1, for each
-band, and the CPU seconds of rendering alone; at the end the peak memory. The mean is one less the
-bed's emissivity (Kirchhoff).
+band, and the CPU and wall seconds of rendering alone; at the end the peak memory. The mean is one
+less the bed's emissivity (Kirchhoff).
 """
 
 import json
 import resource
 import sys
+import time
 
 import mitsuba as mi
 import numpy as np
@@ -39,18 +40,20 @@ def main():
     params = mi.traverse(scene)
     bands = job["reflectances"]
     for seed in job["seeds"]:
-        means, spent_s = [], 0.0
+        means, spent_s, waited_s = [], 0.0, 0.0
         for first in range(0, len(bands), BANDS):
             # The last group is filled up with its last band.
             group = (bands[first : first + BANDS] + [bands[-1]] * BANDS)[:BANDS]
             for number, reflectance in enumerate(zip(*group)):
                 params[f"material{number}.brdf_0.reflectance.value"] = list(reflectance)
             params.update()
-            started_s = cpu_s()
+            started_s, began_s = cpu_s(), time.perf_counter()
             image = np.array(mi.render(scene, seed=seed * 1009 + first))
             spent_s += cpu_s() - started_s
+            waited_s += time.perf_counter() - began_s
             means += image.reshape(-1, 3).mean(axis=0, dtype=np.float64).tolist()
-        print(json.dumps({"means": means[: len(bands)], "cpu_s": spent_s}), flush=True)
+        render = {"means": means[: len(bands)], "cpu_s": spent_s, "wall_s": waited_s}
+        print(json.dumps(render), flush=True)
     peak_kb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     print(json.dumps({"peak_memory_mb": peak_kb / 1024, "mitsuba": mi.__version__}))
 

@@ -6,6 +6,7 @@
 
 mod packings;
 mod patch;
+mod rows;
 
 use std::path::Path;
 use std::time::Instant;
@@ -20,6 +21,7 @@ use crate::report::PIXELS_PER_UNIT;
 
 pub use packings::{Maker, packings};
 pub use patch::patch;
+pub use rows::{BesideError, beside, csv};
 
 /// Runs behind each setting, at least.
 pub const REPEATS: usize = 10;
@@ -70,6 +72,9 @@ pub struct Setting {
     pub worst: f64,
     /// What of `rms` is no noise: the root mean square over bands of the runs' mean error, less what the noise adds to it.
     pub bias: f64,
+    /// Where it was measured elsewhere: what its own reference can tell, as root mean square and in the worst band. Such
+    /// a setting is charted, but never chosen.
+    pub elsewhere: Option<[f64; 2]>,
 }
 
 /// The settings of a scene, measured.
@@ -144,6 +149,7 @@ impl Setting {
             rms: (squares.iter().sum::<f64>() / bands as f64).sqrt(),
             worst: squares.iter().copied().fold(0.0, f64::max).sqrt(),
             bias,
+            elsewhere: None,
         }
     }
 }
@@ -161,15 +167,20 @@ impl Reference {
 }
 
 impl Trade {
+    /// What was measured here, against the reference.
+    fn own(&self) -> impl Iterator<Item = &Setting> {
+        self.settings.iter().filter(|setting| setting.elsewhere.is_none())
+    }
+
     /// The cheapest setting whose 95 % interval is within a tolerance in the worst band.
     pub fn chosen(&self, tolerance: f64) -> Option<&Setting> {
         let enough = |setting: &&Setting| T_95 * setting.worst <= tolerance;
-        self.settings.iter().filter(enough).min_by(|a, b| a.took.cpu_s.total_cmp(&b.took.cpu_s))
+        self.own().filter(enough).min_by(|a, b| a.took.cpu_s.total_cmp(&b.took.cpu_s))
     }
 
     /// Settings that none other beats in both time and error, cheapest first.
     pub fn front(&self) -> Vec<&Setting> {
-        let mut all: Vec<&Setting> = self.settings.iter().collect();
+        let mut all: Vec<&Setting> = self.own().collect();
         all.sort_by(|a, b| a.took.cpu_s.total_cmp(&b.took.cpu_s));
         let mut least = f64::INFINITY;
         all.retain(|setting| {
@@ -183,29 +194,7 @@ impl Trade {
     /// Writes `chart.csv`, `chart.svg` and `chart.png` into a folder.
     pub fn write(&self, tolerance: f64, folder: &Path) -> Result<(), Error> {
         output::folder(folder)?;
-        let heads = [
-            "level",
-            "setting",
-            "repeats",
-            "wall_s",
-            "cpu_s",
-            "rms_error",
-            "worst_band_error",
-            "bias",
-            "reference_rms",
-            "reference_worst_band",
-        ];
-        let floors = [self.reference.floor(), self.reference.worst_floor()];
-        let rows = self.settings.iter().map(|s| {
-            let Took { wall_s, cpu_s } = s.took;
-            let numbers = [wall_s, cpu_s, s.rms, s.worst, s.bias, floors[0], floors[1]];
-            let words = [s.level.clone(), s.setting.clone(), s.repeats.to_string()];
-            words.into_iter().chain(numbers.map(|x| format!("{x:.7}"))).collect::<Vec<_>>()
-        });
-        let mut csv = csv::Writer::from_writer(Vec::new());
-        csv.write_record(heads).expect("a Vec takes all");
-        rows.for_each(|row| csv.write_record(row).expect("a Vec takes all"));
-        let csv = csv.into_inner().expect("a Vec takes all");
+        let csv = csv(&self.settings, &self.reference);
         output::bytes(&folder.join("chart.csv"), &csv)?;
         let svg = plot::trade_svg(self, tolerance, &machine())?;
         output::bytes(&folder.join("chart.svg"), svg.as_bytes())?;
@@ -266,10 +255,12 @@ mod tests {
             rms: worst,
             worst,
             bias: 0.0,
+            elsewhere: None,
         };
         let reference =
             Reference { made_of: String::new(), emissivity: vec![], standard_error: vec![] };
-        let settings = vec![setting(3.0, 0.002), setting(1.0, 0.01), setting(2.0, 0.02)];
+        let peer = Setting { elsewhere: Some([0.0; 2]), ..setting(0.5, 0.001) };
+        let settings = vec![setting(3.0, 0.002), peer, setting(1.0, 0.01), setting(2.0, 0.02)];
         let trade = Trade { scene: "scene".into(), reference, settings };
         let front: Vec<f64> = trade.front().iter().map(|s| s.took.cpu_s).collect();
         assert_eq!(front, [1.0, 3.0]);

@@ -24,6 +24,9 @@ pub struct Args {
     /// Half-width of the 95 % interval that is marked in the chart
     #[arg(long, value_name = "X", default_value_t = 0.005, value_parser = tolerance)]
     tolerance: f64,
+    /// Settings measured elsewhere, in the columns of chart.csv, to be charted too
+    #[arg(long, value_name = "FILE.csv")]
+    beside: Option<PathBuf>,
     /// Fewer settings and a shorter reference
     #[arg(long)]
     quick: bool,
@@ -40,9 +43,10 @@ pub fn run(args: &Args, cache: &Cache) -> Result<(), Error> {
         None => Scene::read(path)?,
     };
     let grid = args.bands.grid();
+    let beside = args.beside.as_deref().map(chart::beside).transpose()?;
     output::folder(&args.out)?;
     let told = |what: &str| eprintln!("measuring: {what}");
-    let trade = match &scene.geometry {
+    let mut trade = match &scene.geometry {
         SceneGeometry::Placed(_) => chart::patch(&scene, path, &grid, args.quick, &told)?,
         SceneGeometry::Packing(packing) => {
             let wanted = args.in_blender.blender();
@@ -52,6 +56,7 @@ pub fn run(args: &Args, cache: &Cache) -> Result<(), Error> {
             chart::packings(&scene, packing, path, &maker, args.quick, &told)?
         }
     };
+    trade.settings.extend(beside.into_iter().flatten());
     trade.write(args.tolerance, &args.out)?;
     print(&words::trade(&trade, args.tolerance))
 }

@@ -1,5 +1,7 @@
 //! Error against time, both in powers of ten: a colour for each level of the model.
 
+use std::collections::HashSet;
+
 use super::PlotError;
 use super::legend::{Legend, Pen};
 use super::svg::{Anchor, Point, Svg, text_width, wrapped};
@@ -15,6 +17,7 @@ const AXIS_SIZE: f64 = 13.5;
 const TICK_SIZE: f64 = 12.0;
 const NOTE_SIZE: f64 = 11.0;
 const CAPTION_SIZE: f64 = 10.5;
+const BESIDE: &str = "Squares: measured elsewhere, each level against a reference of its own; the line and the ring leave them out.";
 
 /// A scale by powers of ten.
 struct Decades {
@@ -59,16 +62,16 @@ impl Decades {
 /// # Errors
 /// No setting.
 pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<String, PlotError> {
-    let mut levels: Vec<&str> = Vec::new();
-    for setting in &trade.settings {
-        if !levels.contains(&setting.level.as_str()) {
-            levels.push(&setting.level);
-        }
-    }
+    // A level measured elsewhere may have the name of one that was measured here.
+    let level = |s: &Setting| (s.level.clone(), s.elsewhere.is_some());
+    let mut levels: Vec<(String, bool)> = trade.settings.iter().map(level).collect();
+    let mut known = HashSet::new();
+    levels.retain(|level| known.insert(level.clone()));
     let title = format!("Error against time: {}", trade.scene);
     let floor = trade.reference.worst_floor();
     let target = tolerance / T_95;
     let fewest = trade.settings.iter().map(|s| s.repeats).min().ok_or(PlotError::Empty)?;
+    let beside = levels.iter().any(|(_, elsewhere)| *elsewhere);
     let caption = [
         format!(
             "Each point is the root mean square over {fewest} runs or more, in the band where it is greatest, against {}. \
@@ -76,11 +79,12 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
              Ring: the cheapest within ±{tolerance} at 95 %.",
             trade.reference.made_of
         ),
+        if beside { BESIDE.to_owned() } else { String::new() },
         machine.to_owned(),
     ];
     let caption: Vec<String> =
         caption.iter().flat_map(|line| wrapped(line, CAPTION_SIZE, RIGHT - LEFT)).collect();
-    let legend = Legend::new(levels.iter().copied(), (LEFT, RIGHT));
+    let legend = Legend::new(levels.iter().map(|(name, _)| name.as_str()), (LEFT, RIGHT));
     let legend_top = 40.0;
     let top = legend_top + legend.height() + 14.0;
     let bottom = top + PLOT_HEIGHT;
@@ -125,15 +129,20 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
 
     let front: Vec<Point> = trade.front().into_iter().map(at).collect();
     svg.line(&front, "stroke='#1a1a1a' stroke-width='5' stroke-opacity='0.13'");
-    for (number, level) in levels.iter().enumerate() {
+    for (number, of) in levels.iter().enumerate() {
         let pen = Pen::of(number);
-        let of_level = || trade.settings.iter().filter(|s| s.level == *level);
+        let of_level = || trade.settings.iter().filter(|s| level(s) == *of);
         svg.line(&of_level().map(at).collect::<Vec<_>>(), &pen.line());
         for setting in of_level() {
             let biased = setting.bias > 0.5 * setting.rms;
             let fill = if biased { "#ffffff" } else { pen.colour };
             let style = format!("fill='{fill}' stroke='{}' stroke-width='1.4'", pen.colour);
-            svg.circle(at(setting), 3.6, &style);
+            let (px, py) = at(setting);
+            if setting.elsewhere.is_some() {
+                svg.rectangle((px - 3.6, py - 3.6), (7.2, 7.2), &style);
+            } else {
+                svg.circle((px, py), 3.6, &style);
+            }
         }
     }
     if let Some(chosen) = trade.chosen(tolerance) {
