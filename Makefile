@@ -5,7 +5,7 @@ COVERAGE = sparse
 # What `make test` leaves out, where it cannot be had: blender, bpy, mitsuba, readers, window.
 WITHOUT =
 
-.PHONY: help run test lint setup bench intervals chart scale packings stress clean
+.PHONY: help run test lint setup bench intervals chart scale packings budgets stress clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -53,6 +53,10 @@ scale: setup ## chart what fields of 10^4 to 10^9 particles cost (docs/tracer.md
 packings: setup ## measure what packings differ by, and what is left of the tray (docs/geometry.md)
 	cargo build --release
 	python3 scripts/packings.py target/release/soilsig scenes/sparse.json 24 6000
+
+budgets: setup ## count how often the error budget holds, on recipes drawn at random (docs/performance.md)
+	cargo build --release
+	python3 scripts/budget.py target/release/soilsig 40 out/budgets.csv
 
 stress: setup ## drive the method to where it fails, and remake the atlas of docs/stability.md
 	cargo build --release
