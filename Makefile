@@ -5,7 +5,7 @@ COVERAGE = sparse
 # What `make test` leaves out, where it cannot be had: blender, bpy, mitsuba, readers, window.
 WITHOUT =
 
-.PHONY: help run test lint setup bench intervals chart scale packings tolerances stress clean
+.PHONY: help run test lint setup bench intervals chart scale packings tolerances budgets stress clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -59,6 +59,10 @@ packings: setup ## measure what packings differ by, and what is left of the tray
 tolerances: setup ## measure what planned runs cost and whether they hold (docs/performance.md)
 	cargo build --release
 	python3 scripts/tolerances.py target/release/soilsig scenes/sparse.json out/tolerances .02 .01 .005 .002
+
+budgets: setup ## count how often the error budget holds, on recipes drawn at random (docs/performance.md)
+	cargo build --release
+	python3 scripts/budget.py target/release/soilsig 40 out/budgets.csv
 
 stress: setup ## drive the method to where it fails, and remake the atlas of docs/stability.md
 	cargo build --release

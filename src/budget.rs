@@ -109,9 +109,7 @@ impl Budget {
             let rays = T_95 * e.rays_standard_error;
             let of_cells = cells.as_deref().map(|cells| OfCells::new(cells, rho));
             let drawn = match (e.spread, of_cells) {
-                (Some(_), _) => {
-                    Some(((e.half_width - e.trapped) / e.standard_error, e.standard_error))
-                }
+                (Some(_), _) => Some((quantile_95(packings.len()), e.standard_error)),
                 (None, Some(of_cells)) => Some((quantile_95(CELLS_ALL), of_cells.standard_error)),
                 (None, None) => None,
             };
@@ -302,4 +300,84 @@ fn spectra(
     }
     // Normally distributed, for want of a better.
     Ok(1.96 * squares.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tally::{Kept, PARTS};
+
+    /// A bed whose paths hit so many facets in each cell, of a reflectance that tests put at a half.
+    fn cells(hits: impl Fn(u16, u16) -> u16) -> Histogram {
+        let of = |n: u16| {
+            let its = |cell: &u16| hits(cell % CELLS, cell / CELLS) == n;
+            let counts = (0..CELLS * CELLS).filter(its).map(|cell| (cell, 10)).collect();
+            ([n].into(), counts)
+        };
+        Histogram {
+            kept: Kept::PLAIN,
+            parts: PARTS,
+            escaped: vec![of(1), of(2)],
+            trapped: Vec::new(),
+        }
+    }
+
+    fn rim_and_middle() -> Histogram {
+        cells(|x, y| if (1..3).contains(&x) && (1..3).contains(&y) { 1 } else { 2 })
+    }
+
+    /// Four cells of .5 within twelve of .25: their mean is .3125, their variance .0125.
+    #[test]
+    fn a_rim_is_what_the_inner_cells_differ_by_beyond_chance() {
+        let one = OfCells::new(&[&rim_and_middle()], &[0.5]);
+        assert!((one.standard_error - (0.0125_f64 / 16.0).sqrt()).abs() < 1e-15);
+        let by_chance = 0.75 * (0.0125_f64 / 3.0).sqrt();
+        assert!((one.rim - (0.1875 - T_95 * by_chance)).abs() < 1e-12, "{}", one.rim);
+
+        // Three such beds agree; of three the quantile has two degrees of freedom.
+        let bed = rim_and_middle();
+        let three = OfCells::new(&[&bed, &bed, &bed], &[0.5]);
+        assert!((three.standard_error - (0.0125_f64 / 48.0).sqrt()).abs() < 1e-15);
+        let rim = 0.1875 - 4.302_653 * by_chance / 3.0_f64.sqrt();
+        assert!((three.rim - rim).abs() < 1e-6, "{}", three.rim);
+    }
+
+    /// Of a chequerboard the inner cells are as all of them.
+    #[test]
+    fn cells_that_differ_without_a_rim_have_none() {
+        let board = OfCells::new(&[&cells(|x, y| 1 + (x + y) % 2)], &[0.5]);
+        assert!(
+            (board.standard_error - (16.0 * 0.125_f64.powi(2) / 15.0 / 16.0).sqrt()).abs() < 1e-15
+        );
+        assert_eq!(board.rim, 0.0);
+        // Beds whose rims differ in sign have none in common.
+        let other = cells(|x, y| if (1..3).contains(&x) && (1..3).contains(&y) { 2 } else { 1 });
+        assert_eq!(OfCells::new(&[&rim_and_middle(), &other], &[0.5]).rim, 0.0);
+    }
+
+    #[test]
+    fn what_does_not_apply_is_empty_in_the_file_and_the_widest_band_is_found() {
+        let share = Share {
+            wavelength_um: 8.63,
+            total: 0.25,
+            rays: 0.125,
+            packings: None,
+            rim: None,
+            floor: 0.0625,
+            given_up: 0.0625,
+            apart: None,
+            spectral_step: 0.5,
+            spectra: 0.5,
+        };
+        let wider = Share { total: 0.3, rim: Some(0.05), wavelength_um: 9.0, ..share };
+        let bands = vec![share, wider, Share { wavelength_um: 9.5, ..share }];
+        let budget = Budget { bands, spectra_unknown: Vec::new(), floor_effect: None };
+        assert_eq!(budget.widest(), wider);
+        let text = budget.csv_text();
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0].split(',').count(), lines[1].split(',').count());
+        assert_eq!(lines[1], "8.63,0.2500000,0.1250000,,,0.0625000,0.0625000,,0.5000000,0.5000000");
+        assert!(lines[2].contains(",0.1250000,,0.0500000,0.0625000,"), "{}", lines[2]);
+        assert_eq!(lines.len(), 4);
+    }
 }

@@ -193,8 +193,16 @@ impl Histogram {
         sum(&self.trapped) as f64 / self.parts as f64
     }
 
-    /// What makes a histogram that was read no histogram of so many materials.
-    pub(crate) fn check(&self, materials: usize) -> Result<(), String> {
+    /// Whether both count the same paths, in whatever groups.
+    pub(crate) fn counts_as(&self, other: &Self) -> bool {
+        let alike = |ours: &[Counted], theirs: &[Counted]| totals(ours).eq(totals(theirs));
+        self.kept == other.kept
+            && alike(&self.escaped, &other.escaped)
+            && alike(&self.trapped, &other.trapped)
+    }
+
+    /// What makes a histogram that was read no histogram of so many materials and groups, replicates or cells.
+    pub(crate) fn check(&self, materials: usize, groups: usize) -> Result<(), String> {
         let kept = self.kept;
         if self.parts != PARTS {
             return Err(format!("a path has {} parts, not {PARTS}", self.parts));
@@ -211,8 +219,8 @@ impl Histogram {
             }
         };
         for (state, counts) in self.escaped.iter().chain(&self.trapped) {
-            if counts.iter().any(|(replicate, _)| usize::from(*replicate) >= REPLICATES) {
-                return Err(format!("a replicate is not within 0 to {}", REPLICATES - 1));
+            if counts.iter().any(|(group, _)| usize::from(*group) >= groups) {
+                return Err(format!("a replicate or cell is not within 0 to {}", groups - 1));
             }
             if state.is_empty() {
                 return Err("a state is empty".into());
@@ -335,8 +343,12 @@ impl Histogram {
     }
 }
 
+fn totals(counted: &[Counted]) -> impl Iterator<Item = (&State, u64)> {
+    counted.iter().map(|(state, of)| (state, of.iter().map(|(_, count)| count).sum()))
+}
+
 fn sum(counted: &[Counted]) -> u64 {
-    counted.iter().flat_map(|(_, of)| of).map(|(_, count)| count).sum()
+    totals(counted).map(|(_, count)| count).sum()
 }
 
 fn grouped(counts: &HashMap<State, u64>) -> Vec<Counted> {

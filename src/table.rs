@@ -12,12 +12,13 @@ use crate::histogram::{Histogram, Mean};
 use crate::in_field::InField;
 use crate::output::{self, OutputError};
 use crate::radiometry::{self, Atmosphere, Lit, RadiometryError, SkyTable, Temperature};
+use crate::random::REPLICATES;
 use crate::remarks::Remark;
 use crate::scene::{Sky, View};
 use crate::signature::{Grid, reflectances};
 use crate::spectrum::{Spectrum, SpectrumError};
 use crate::stop::{Sureness, Target};
-use crate::tally::Tally;
+use crate::tally::{CELLS, Tally};
 
 /// The format's version, the value of `soilsig_table`.
 pub const FORMAT: u32 = 3;
@@ -475,13 +476,15 @@ impl Table {
             )));
         }
         let table: Self = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
-        for histogram in [Some(&table.histogram), table.cells.as_ref()].into_iter().flatten() {
-            histogram.check(table.materials.len()).map_err(wrong)?;
-            if histogram.kept != table.histogram.kept {
-                return Err(wrong("cells keep something else than replicates".into()));
-            }
-            if histogram.paths() + table.missed as f64 != table.paths as f64 {
-                return Err(wrong("the states do not add up to the paths".into()));
+        let materials = table.materials.len();
+        table.histogram.check(materials, REPLICATES).map_err(wrong)?;
+        if table.histogram.paths() + table.missed as f64 != table.paths as f64 {
+            return Err(wrong("the states do not add up to the paths".into()));
+        }
+        if let Some(cells) = &table.cells {
+            cells.check(materials, (CELLS * CELLS).into()).map_err(wrong)?;
+            if !cells.counts_as(&table.histogram) {
+                return Err(wrong("the cells count other paths than the replicates".into()));
             }
         }
         if table.numbers[1].checked_sub(table.numbers[0]) != Some(table.paths) {
