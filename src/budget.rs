@@ -29,10 +29,10 @@ pub struct Share {
     pub total: f64,
     /// Noise of the rays.
     pub rays: f64,
-    /// What packings of the recipe differ by: of several by their spread; of a single one by the spread between the
-    /// cells of its view. `None` where the geometry is as given, and no draw.
+    /// What packings of the recipe differ by: by their spread, or by that between the cells of their views where it is
+    /// more or there is only one. `None` where the geometry is as given, and no draw.
     pub packings: Option<f64>,
-    /// What the bed differs by within the ring of the outer cells: of the difference what is more than chance.
+    /// What the bed differs by within the ring of the outer cells: of the difference what is more than its standard error.
     pub rim: Option<f64>,
     /// What a black or a white floor would change.
     pub floor: f64,
@@ -108,20 +108,12 @@ impl Budget {
             let e = band.emissivity;
             let rays = T_95 * e.rays_standard_error;
             let of_cells = cells.as_deref().map(|cells| OfCells::new(cells, rho));
-            let drawn = match (e.spread, of_cells) {
-                (Some(_), _) => Some((quantile_95(packings.len()), e.standard_error)),
-                (None, Some(of_cells)) => Some((quantile_95(CELLS_ALL), of_cells.standard_error)),
-                (None, None) => None,
-            };
-            // The spread between packings holds the noise of the rays.
-            let (chance, packings_alone) = match drawn {
-                Some((t, standard_error)) => {
-                    let all = standard_error.max(e.rays_standard_error);
-                    let alone = all.powi(2) - e.rays_standard_error.powi(2);
-                    (t * all, Some(t * alone.max(0.0).sqrt()))
-                }
-                None => (rays, None),
-            };
+            // A few packings may agree by luck: the cells of their views know better. Both hold the noise of the rays.
+            let by_spread = e.spread.map(|_| quantile_95(packings.len()) * e.standard_error);
+            let by_cells = of_cells.map(|of_cells| of_cells.half_width);
+            let drawn = by_spread.is_some() || by_cells.is_some();
+            let chance = [by_spread, by_cells].into_iter().flatten().fold(rays, f64::max);
+            let packings_alone = drawn.then(|| (chance * chance - rays * rays).max(0.0).sqrt());
             let rim = of_cells.map(|of_cells| of_cells.rim);
             let by_floor = table.floor.map(|floor| floor_changes(packings, floor, rho));
             let floor = by_floor.map_or(0.0, |[black, white]| black.abs().max(white.abs()));
@@ -195,8 +187,8 @@ const CELLS_ALL: usize = (CELLS * CELLS) as usize;
 /// What the cells of beds' views say.
 #[derive(Debug, Clone, Copy)]
 struct OfCells {
-    /// Of the mean over all cells, by their spread within each bed.
-    standard_error: f64,
+    /// Of the 95 % interval of the mean over all cells, by their spread within each bed.
+    half_width: f64,
     rim: f64,
 }
 
@@ -218,6 +210,7 @@ impl OfCells {
             differences.push(inner.iter().sum::<f64>() / inner.len() as f64 - mean);
         }
         let standard_error = (variance / CELLS_ALL as f64 / n).sqrt();
+        let freedom = of_beds.len() * (CELLS_ALL - 1);
         let rim = Estimate::of(
             &differences
                 .iter()
@@ -229,7 +222,10 @@ impl OfCells {
                 })
                 .collect::<Vec<_>>(),
         );
-        Self { standard_error, rim: (rim.mean.abs() - rim.half_width).max(0.0) }
+        Self {
+            half_width: quantile_95(freedom + 1) * standard_error,
+            rim: (rim.mean.abs() - rim.standard_error).max(0.0),
+        }
     }
 }
 
@@ -329,26 +325,24 @@ mod tests {
     /// Four cells of .5 within twelve of .25: their mean is .3125, their variance .0125.
     #[test]
     fn a_rim_is_what_the_inner_cells_differ_by_beyond_chance() {
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-6, "{a} and {b}");
         let one = OfCells::new(&[&rim_and_middle()], &[0.5]);
-        assert!((one.standard_error - (0.0125_f64 / 16.0).sqrt()).abs() < 1e-15);
+        // Student's t of 15 degrees of freedom, of three beds of 45.
+        close(one.half_width, 2.131_45 * (0.0125_f64 / 16.0).sqrt());
         let by_chance = 0.75 * (0.0125_f64 / 3.0).sqrt();
-        assert!((one.rim - (0.1875 - T_95 * by_chance)).abs() < 1e-12, "{}", one.rim);
+        close(one.rim, 0.1875 - by_chance);
 
-        // Three such beds agree; of three the quantile has two degrees of freedom.
         let bed = rim_and_middle();
         let three = OfCells::new(&[&bed, &bed, &bed], &[0.5]);
-        assert!((three.standard_error - (0.0125_f64 / 48.0).sqrt()).abs() < 1e-15);
-        let rim = 0.1875 - 4.302_653 * by_chance / 3.0_f64.sqrt();
-        assert!((three.rim - rim).abs() < 1e-6, "{}", three.rim);
+        close(three.half_width, 2.014_103 * (0.0125_f64 / 48.0).sqrt());
+        close(three.rim, 0.1875 - by_chance / 3.0_f64.sqrt());
     }
 
     /// Of a chequerboard the inner cells are as all of them.
     #[test]
     fn cells_that_differ_without_a_rim_have_none() {
         let board = OfCells::new(&[&cells(|x, y| 1 + (x + y) % 2)], &[0.5]);
-        assert!(
-            (board.standard_error - (16.0 * 0.125_f64.powi(2) / 15.0 / 16.0).sqrt()).abs() < 1e-15
-        );
+        assert!(board.half_width > 0.06, "{}", board.half_width);
         assert_eq!(board.rim, 0.0);
         // Beds whose rims differ in sign have none in common.
         let other = cells(|x, y| if (1..3).contains(&x) && (1..3).contains(&y) { 2 } else { 1 });
