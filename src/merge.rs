@@ -37,6 +37,9 @@ pub fn merge(files: &[PathBuf]) -> Result<Table, Error> {
                 format!("it is part of a trace of {of} paths, {other} of one of {wanted}"),
             );
         }
+        if part.cells.is_some() != first.cells.is_some() {
+            return wrong(file, "it was counted by cells of the view and others were not".into());
+        }
         if part.stop.ended_by == Ended::Interrupted {
             return wrong(file, "its trace was interrupted and is not whole".into());
         }

@@ -89,6 +89,14 @@ fn tables_that_are_no_parts_of_one_trace_are_refused() {
         .expect("written");
     run(&place, &["trace", "s.json", "--out", "v.json", "--paths", "4096", "--shard", "2/3"], 0);
     refused(&["1.json", "v.json", "3.json"], &["v.json", "scene_sha256", "view"]);
+    let without = |text: &str| {
+        let mut table: serde_json::Value = serde_json::from_str(text).expect("JSON");
+        table.as_object_mut().expect("a table").remove("cells");
+        table.to_string()
+    };
+    let two = fs::read_to_string(place.path("2.json")).expect("written");
+    fs::write(place.path("plain.json"), without(&two)).expect("written");
+    refused(&["1.json", "plain.json", "3.json"], &["plain.json", "cells of the view"]);
     let said = run(&place, &["signature", "1.json", "2.json"], 3);
     assert!(said.contains("soilsig merge"), "{said}");
     for wrong in ["0/3", "4/3", "x/3", "3"] {
