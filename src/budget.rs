@@ -1,8 +1,8 @@
 //! Where a result's uncertainty comes from, band by band, each part measured on the very beds of the result.
 //!
 //! What is drawn at random, rays and packings, makes an interval. What leaves a thing open, the floor and paths given up,
-//! is a bound, and so is the rim where it can be told from chance: bounds are added to the interval. What the facets' spectra
-//! and straight lines between bands bring is told beside: no bed makes these smaller.
+//! is a bound, and so is of the rim what is beyond its standard error: bounds are added to the interval. What hulls that keep fines
+//! apart, the facets' spectra and straight lines between bands bring is told beside: no bed makes these smaller.
 
 use std::fmt::Write as _;
 
@@ -77,8 +77,7 @@ impl Origin {
 const APART: f64 = 0.03;
 
 /// The budget of a result.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Budget {
     /// By band.
     pub bands: Vec<Share>,
@@ -115,7 +114,7 @@ impl Budget {
             let chance = [by_spread, by_cells].into_iter().flatten().fold(rays, f64::max);
             let packings_alone = drawn.then(|| (chance * chance - rays * rays).max(0.0).sqrt());
             let rim = of_cells.map(|of_cells| of_cells.rim);
-            let by_floor = table.floor.map(|floor| floor_changes(packings, floor, rho));
+            let by_floor = table.floor.map(|floor| floor_changes(packings, floor, rho, e.mean));
             let floor = by_floor.map_or(0.0, |[black, white]| black.abs().max(white.abs()));
             let share = Share {
                 wavelength_um: band.wavelength_um,
@@ -203,7 +202,7 @@ impl OfCells {
             let mean = cells.iter().sum::<f64>() / cells.len() as f64;
             let squares: f64 = cells.iter().map(|cell| (cell - mean).powi(2)).sum();
             variance += squares / (cells.len() - 1) as f64 / n;
-            let side = CELLS_ALL.isqrt();
+            let side = usize::from(CELLS);
             let is_inner =
                 |i: &usize| [i % side, i / side].iter().all(|x| (1..side - 1).contains(x));
             let inner: Vec<f64> = (0..cells.len()).filter(is_inner).map(|i| cells[i]).collect();
@@ -230,14 +229,17 @@ impl OfCells {
 }
 
 /// By how much a black and a white floor change the emissivity: what lies deeper than the bed is between them.
-fn floor_changes(packings: &[Table], floor: usize, reflectance: &[f64]) -> [f64; 2] {
+fn floor_changes(
+    packings: &[Table],
+    floor: usize,
+    reflectance: &[f64],
+    emissivity: f64,
+) -> [f64; 2] {
     let cosines = usize::from(packings[0].histogram.kept.cosines);
-    let of = |rho: &[f64]| Estimate::emissivity(packings, rho).mean;
-    let as_it_is = of(reflectance);
     [0.0, 1.0].map(|rho| {
         let mut changed = reflectance.to_vec();
         changed[floor * cosines..(floor + 1) * cosines].fill(rho);
-        of(&changed) - as_it_is
+        Estimate::emissivity(packings, &changed).mean - emissivity
     })
 }
 

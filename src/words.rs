@@ -187,7 +187,7 @@ fn budget(share: &Share, spectra_unknown: &[String]) -> String {
     let mut parts = vec![format!("rays {:.4}", share.rays)];
     parts.extend(share.packings.map(|packings| format!("packings {packings:.4}")));
     parts.extend(share.rim.map(|rim| match rim {
-        0.0 => "no rim told from chance".into(),
+        0.0 => "no rim beyond chance".into(),
         rim => format!("rim {rim:.4}"),
     }));
     parts.push(format!("floor {:.4}", share.floor));
