@@ -4,13 +4,11 @@
 //! to it. The histogram is all that any spectra need to know of a traced bed: it is evaluated
 //! without tracing again.
 
-use std::collections::HashMap;
-
 use serde::{Deserialize, Serialize};
 
 use crate::packings::quantile_95;
 use crate::random::REPLICATES;
-use crate::tally::{Kept, PARTS, State, Tally};
+use crate::tally::{Counts, Kept, PARTS, State, Tally};
 
 /// A state and, for each replicate that has any, how many parts of its paths ended in it.
 pub type Counted = (State, Vec<(u16, u64)>);
@@ -123,16 +121,12 @@ impl Histogram {
         any.then(|| Self::grouped(tally.kept(), escaped, trapped))
     }
 
-    fn grouped(kept: Kept, escaped: &HashMap<State, u64>, trapped: &HashMap<State, u64>) -> Self {
+    fn grouped(kept: Kept, escaped: &Counts, trapped: &Counts) -> Self {
         Self { kept, parts: PARTS, escaped: grouped(escaped), trapped: grouped(trapped) }
     }
 
     /// Puts the counts back as they were before they were grouped.
-    pub(crate) fn ungroup(
-        &self,
-        escaped: &mut HashMap<State, u64>,
-        trapped: &mut HashMap<State, u64>,
-    ) {
+    pub(crate) fn ungroup(&self, escaped: &mut Counts, trapped: &mut Counts) {
         for (into, from) in [(escaped, &self.escaped), (trapped, &self.trapped)] {
             for (state, counts) in from {
                 for &(replicate, count) in counts {
@@ -351,7 +345,7 @@ fn sum(counted: &[Counted]) -> u64 {
     totals(counted).map(|(_, count)| count).sum()
 }
 
-fn grouped(counts: &HashMap<State, u64>) -> Vec<Counted> {
+fn grouped(counts: &Counts) -> Vec<Counted> {
     let mut list: Vec<(&State, u64)> = counts.iter().map(|(key, &count)| (key, count)).collect();
     list.sort_unstable();
     let mut groups: Vec<Counted> = Vec::new();

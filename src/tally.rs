@@ -1,14 +1,18 @@
 //! Counts of the courses that paths took: what the tracer adds up.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 
+use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
 use crate::course::Facet;
 
 /// The course of a path as numbers, in a form that [`Kept`] tells.
 pub type State = Box<[u16]>;
+
+/// How many parts of paths took each course.
+pub type Counts = FxHashMap<State, u64>;
 
 /// Bins of the cosine between a ray and the facet's normal, where a reflectance depends on it.
 pub const COSINES: u16 = 64;
@@ -77,11 +81,11 @@ pub struct Tally {
     /// Paths that met nothing: they saw past the target and say nothing of it.
     pub missed: u64,
     /// Parts of paths that reached the sky: states, with the path's replicate as one more number at the end.
-    pub escaped: HashMap<State, u64>,
+    pub escaped: Counts,
     /// Parts of paths that were given up, in the same form.
-    pub trapped: HashMap<State, u64>,
+    pub trapped: Counts,
     /// Both again, escaped and trapped, with the cell of the view that the path began in in place of the replicate.
-    pub by_cell: [HashMap<State, u64>; 2],
+    pub by_cell: [Counts; 2],
     /// Parts of paths that left for the sky downward, past the target's lower side.
     pub escaped_downward: u64,
     /// What the sensor sees: first hits on each material.
@@ -115,9 +119,9 @@ impl Tally {
             kept,
             paths: 0,
             missed: 0,
-            escaped: HashMap::new(),
-            trapped: HashMap::new(),
-            by_cell: [HashMap::new(), HashMap::new()],
+            escaped: Counts::default(),
+            trapped: Counts::default(),
+            by_cell: [Counts::default(), Counts::default()],
             escaped_downward: 0,
             first_hits: vec![0; materials],
             inside: BTreeMap::new(),
@@ -167,8 +171,21 @@ impl Tally {
         self.current.parts as f64 / PARTS as f64
     }
 
-    /// So many parts of the current path reach the sky; `cosine` is that of their direction with the vertical.
-    pub(crate) fn escaped(&mut self, cosine: f64, parts: u64) {
+    /// Parts of the current path reach the sky, one along each direction of which the cosine with the vertical is given.
+    pub(crate) fn escaped(&mut self, cosines: &[f64]) {
+        let by_zenith = self.kept.zeniths > 1;
+        // Those that nothing tells apart are counted at once.
+        for alike in cosines.chunk_by(|a, b| !by_zenith && (*a < 0.0) == (*b < 0.0)) {
+            self.escaped_along(alike[0], alike.len() as u64);
+        }
+    }
+
+    /// What is left of the current path reaches the sky.
+    pub(crate) fn ended(&mut self, cosine: f64) {
+        self.escaped_along(cosine, self.current.parts);
+    }
+
+    fn escaped_along(&mut self, cosine: f64, parts: u64) {
         self.current.parts -= parts;
         if self.current.hits == 0 {
             self.missed += 1;
@@ -178,11 +195,6 @@ impl Tally {
         let zenith = (self.kept.zeniths > 1)
             .then(|| bin(self.kept.zeniths, cosine.clamp(0.0, 1.0).acos() / FRAC_PI_2));
         self.current.count(self.kept, zenith, parts, &mut self.escaped, &mut self.by_cell[0]);
-    }
-
-    /// What is left of the current path reaches the sky.
-    pub(crate) fn ended(&mut self, cosine: f64) {
-        self.escaped(cosine, self.current.parts);
     }
 
     /// What is left of the current path is given up.
@@ -230,8 +242,8 @@ impl Current {
         kept: Kept,
         zenith: Option<u16>,
         parts: u64,
-        counts: &mut HashMap<State, u64>,
-        by_cell: &mut HashMap<State, u64>,
+        counts: &mut Counts,
+        by_cell: &mut Counts,
     ) {
         self.key.clear();
         self.key.extend_from_slice(&self.state);
@@ -248,7 +260,7 @@ impl Current {
     }
 }
 
-fn count(counts: &mut HashMap<State, u64>, state: &[u16], number: u64) {
+fn count(counts: &mut Counts, state: &[u16], number: u64) {
     match counts.get_mut(state) {
         Some(sum) => *sum += number,
         None => {

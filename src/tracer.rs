@@ -185,9 +185,11 @@ impl Tracer {
     }
 
     /// Tries several directions at a path's first hit, where the sky is met most often. Those that meet it bring their
-    /// parts of the path there; the others together go on along one of them.
+    /// parts of the path there; the others together go on along one of them: along the first if it is blocked, for its
+    /// hit is known, else along any.
     ///
-    /// Each direction is distributed as a single one would be, and the one that goes on is drawn uniformly, so no mean
+    /// Each direction is distributed as a single one would be. So is the one that goes on, among those that are blocked: as the
+    /// lattice's turns are alike, the first is as likely any one of them, and it is blocked as often as their share is. So no mean
     /// changes, only its noise.
     fn split(
         &self,
@@ -197,33 +199,28 @@ impl Tracer {
     ) -> Option<(Ray, Event)> {
         let mut first = leaving.ray(0);
         let event = self.next(&mut first);
-        let mut blocked = [0; PARTS as usize];
-        let mut count = 0;
+        let is_open = matches!(event, Event::Sky);
+        let (mut cosines, mut open) = ([0.0; PARTS as usize], 0);
+        let (mut blocked, mut count) = ([0; PARTS as usize], 0);
         for number in 0..PARTS {
             let mut ray = if number == 0 { first } else { leaving.ray(number) };
-            let sky =
-                if number == 0 { matches!(event, Event::Sky) } else { self.sees_sky(&mut ray) };
-            if sky {
-                tally.escaped(ray.direction.z, 1);
+            if if number == 0 { is_open } else { self.sees_sky(&mut ray) } {
+                cosines[open] = ray.direction.z;
+                open += 1;
             } else {
                 blocked[count] = number;
                 count += 1;
             }
         }
+        tally.escaped(&cosines[..open]);
         if count == 0 {
             return None;
         }
-        // Where the first goes is known: it is drawn rather than another as often as leaves the draw uniform over the
-        // turns of the lattice.
-        let [keep, among] = random.pair();
-        if blocked[0] == 0 && keep * (PARTS as f64) < count as f64 {
+        if !is_open {
             return Some((first, event));
         }
-        let number = blocked[(among * count as f64) as usize];
-        if number == 0 {
-            return Some((first, event));
-        }
-        let mut ray = leaving.ray(number);
+        let [among, _] = random.pair();
+        let mut ray = leaving.ray(blocked[(among * count as f64) as usize]);
         let event = self.next(&mut ray);
         Some((ray, event))
     }

@@ -1,8 +1,9 @@
 //! CPU time that we and Mitsuba 3 take to the same standard error, on the same bed in the same view, one thread
 //! each. `benches/mitsuba/run.sh` starts it.
 //!
-//! What counts is CPU seconds times the square of the standard error: it does not depend on how many paths were
-//! taken. Reading meshes and building trees count for neither side. Of Mitsuba a few groups of bands are rendered, and
+//! What counts is CPU seconds times the square of the standard error. For independent paths it does not depend on how many
+//! there are; for evenly spread ones it falls the more there are. So both are compared at several levels of about the same standard
+//! error, from some thousand of Mitsuba's paths to some hundred thousand. Reading meshes and building trees count for neither side. Of Mitsuba a few groups of bands are rendered, and
 //! all 651 take as many times as long as there are groups of four, though a render gives three: so whatever a
 //! render of four bands would take, it is not slower here. It ends paths by Russian roulette as it does by default;
 //! without, it takes about twice as long.
@@ -31,13 +32,13 @@ use soilsig::tracer::Tracer;
 
 /// Runs of each, in turns.
 const RUNS: u64 = 5;
-/// Half-width that ours go to in each run.
-const TOLERANCE: f64 = 0.002;
 /// Half-width of the reference.
-const REFERENCE_TOLERANCE: f64 = 0.0006;
-/// Renders of Mitsuba in each run: their spread is its standard error.
-const SEEDS: u64 = 32;
-const FILM: Film = Film { pixels: 64, samples: 2 };
+const REFERENCE_TOLERANCE: f64 = 0.00015;
+const LEVELS: [Level; 3] = [
+    Level { film: Film { pixels: 64, samples: 2 }, seeds: 32, tolerance: 0.006 },
+    Level { film: Film { pixels: 256, samples: 2 }, seeds: 12, tolerance: 0.0014 },
+    Level { film: Film { pixels: 512, samples: 3 }, seeds: 5, tolerance: 0.0006 },
+];
 /// Groups of four that 651 bands make.
 const GROUPS: f64 = 163.0;
 /// Bands that Mitsuba renders in place of all, three at a time, um.
@@ -115,6 +116,15 @@ fn open(scene: &str, to: &str) -> Done<()> {
         prototype["file"] = file.display().to_string().into();
     }
     Ok(fs::write(to, json.to_string())?)
+}
+
+/// What both are asked for.
+struct Level {
+    film: Film,
+    /// Renders of Mitsuba in each run: their spread is its standard error.
+    seeds: u64,
+    /// Half-width of ours, which makes about Mitsuba's standard error.
+    tolerance: f64,
 }
 
 /// Pixels of a side, and paths through each.
@@ -226,69 +236,102 @@ fn ours(scene: &str, open_scene: &str) -> Done<Ours> {
 }
 
 fn costs(python: &str, ours: &Ours) -> Done<()> {
-    let all = ours.bands(&Grid::PAPER.wavelengths_um())?;
     let some = ours.bands(&BANDS_UM)?;
     let one = ours.bands(&[ONE_BAND_UM])?;
-    // Mitsuba gives three bands whatever is asked.
-    let thrice = vec![one[0].clone(); 3];
-
     let few = [&some[..], &one].concat();
     let (_, exact) = ours.run(&few, &few, 1000, REFERENCE_TOLERANCE)?;
-    let (exact_one, exact) = exact.split_last().ok_or("no band")?;
-    let (mut ratios_all, mut ratios_one) = (Vec::new(), Vec::new());
-    let mut cost_widest = Vec::new();
-    let (mut cost_all, mut cost_one) = ([vec![], vec![]], [vec![], vec![]]);
-    let (mut off, mut off_one, mut stated) = ([vec![], vec![]], [vec![], vec![]], vec![]);
-    let mut their_peak_mb = 0.0_f64;
-    for run in 1..=RUNS {
-        let (cpu_s, means) = ours.run(&all, &[&all[..], &some].concat(), run, TOLERANCE)?;
-        let widest = means.iter().map(error).fold(0.0, f64::max);
-        cost_widest.push(cpu_s * widest.powi(2));
-        let means = &means[all.len()..];
-        cost_all[0].push(cpu_s * mean(means.iter().map(|mean| error(mean).powi(2))));
-        off[0].extend(means.iter().zip(exact).map(|(mean, exact)| mean.mean - exact.mean));
-        stated.extend(means.iter().map(|mean| mean.standard_error));
-        let (cpu_s, means) = ours.run(&one, &one, run, TOLERANCE)?;
-        cost_one[0].push(cpu_s * error(&means[0]).powi(2));
-        off_one[0].push(means[0].mean - exact_one.mean);
-        let seeds = |run| SEEDS * run..SEEDS * (run + 1);
-        let renders = theirs(python, ours, &some, &FILM, seeds(run))?;
-        let (cpu_s, variances) = cost(&renders);
-        cost_all[1].push(cpu_s * ALL_BY_SOME * mean(variances.into_iter()));
-        let mean_of = |band: usize| moments(renders.means.iter().map(move |m| m[band])).0;
-        off[1].extend(exact.iter().enumerate().map(|(band, exact)| mean_of(band) - exact.mean));
-        their_peak_mb = their_peak_mb.max(renders.peak_memory_mb);
-        let renders = theirs(python, ours, &thrice, &FILM, seeds(RUNS + run))?;
-        let (cpu_s, variances) = cost(&renders);
-        cost_one[1].push(cpu_s * mean(variances.into_iter()));
-        off_one[1].push(moments(renders.means.iter().map(|m| m[0])).0 - exact_one.mean);
-
-        let last = |costs: &[Vec<f64>; 2]| costs[1].last().zip(costs[0].last()).map(|(m, o)| m / o);
-        ratios_all.extend(last(&cost_all));
-        ratios_one.extend(last(&cost_one));
-    }
     println!(
-        "medians (and range) of {RUNS} runs in turns; costs are CPU s x squared standard error, all bands in the \
-         mean of {} that have the same paths; ours in the widest band: {}\n",
+        "medians (and range) of {RUNS} runs in turns; costs are CPU s x squared standard error, of all 651 bands in the \
+         mean of {}, of one band at {ONE_BAND_UM} um\n",
         BANDS_UM.len(),
-        median(cost_widest),
-    );
-    println!("| | all 651 bands | one band, {ONE_BAND_UM} um |\n|---|---|---|");
-    println!("| ours | {} | {} |", median(cost_all[0].clone()), median(cost_one[0].clone()));
-    println!("| Mitsuba | {} | {} |", median(cost_all[1].clone()), median(cost_one[1].clone()));
-    println!("| Mitsuba : ours | {} | {} |", median(ratios_all), median(ratios_one));
-    println!(
-        "| error against the reference (+-{:.5}), ours | {:.5}, stated {:.5} | {:.5} |",
-        exact_one.standard_error,
-        root_mean_square(off[0].iter().copied()),
-        root_mean_square(stated.iter().copied()),
-        root_mean_square(off_one[0].iter().copied()),
     );
     println!(
-        "| the same, Mitsuba, mean of {SEEDS} renders | {:.5} | {:.5} |",
-        root_mean_square(off[1].iter().copied()),
-        root_mean_square(off_one[1].iter().copied()),
+        "| paths of a render | bands | standard error, ours | Mitsuba | cost, ours | Mitsuba | Mitsuba : ours | off the \
+         reference (+-{:.5}), ours | Mitsuba, mean of its renders |",
+        exact[BANDS_UM.len()].standard_error,
     );
-    println!("| peak memory, MB | ours {:.0} | Mitsuba {their_peak_mb:.0} |", peak_memory_mb()?);
+    println!("|---|---|---|---|---|---|---|---|---|");
+    let mut their_peak_mb = 0.0_f64;
+    let all = ours.bands(&Grid::PAPER.wavelengths_um())?;
+    // Mitsuba gives three bands whatever is asked.
+    let thrice = vec![one[0].clone(); 3];
+    for (number, level) in (0..).zip(&LEVELS) {
+        let rows = [
+            (
+                "all 651",
+                Bands { traced: &all, looked_at: &some, rendered: &some, renders: ALL_BY_SOME },
+            ),
+            ("one", Bands { traced: &one, looked_at: &one, rendered: &thrice, renders: 1.0 }),
+        ];
+        for (name, bands) in rows {
+            let exact =
+                if bands.looked_at.len() > 1 { &exact[..some.len()] } else { &exact[some.len()..] };
+            let row = row(python, ours, level, number, &bands, exact)?;
+            their_peak_mb = their_peak_mb.max(row.peak_memory_mb);
+            println!(
+                "| {} | {name} | {:.5} | {:.5} | {} | {} | {} | {:.5} | {:.5} |",
+                level.film.pixels.pow(2) * level.film.samples,
+                root_mean_square(row.errors[0].iter().copied()),
+                root_mean_square(row.errors[1].iter().copied()),
+                median(row.costs[0].clone()),
+                median(row.costs[1].clone()),
+                median(row.costs[1].iter().zip(&row.costs[0]).map(|(m, o)| m / o).collect()),
+                root_mean_square(row.off[0].iter().copied()),
+                root_mean_square(row.off[1].iter().copied()),
+            );
+        }
+    }
+    println!("\npeak memory, MB: ours {:.0}, Mitsuba {their_peak_mb:.0}", peak_memory_mb()?);
     Ok(())
+}
+
+/// Bands that are compared.
+struct Bands<'a> {
+    /// What ours serve.
+    traced: &'a [Vec<f64>],
+    looked_at: &'a [Vec<f64>],
+    /// What Mitsuba renders; as many times as long as all that ours serve would take.
+    rendered: &'a [Vec<f64>],
+    renders: f64,
+}
+
+/// Ours and Mitsuba's, by run.
+#[derive(Default)]
+struct Row {
+    /// Root mean square of the standard errors over the bands.
+    errors: [Vec<f64>; 2],
+    costs: [Vec<f64>; 2],
+    /// By run and band.
+    off: [Vec<f64>; 2],
+    peak_memory_mb: f64,
+}
+
+fn row(
+    python: &str,
+    ours: &Ours,
+    level: &Level,
+    number: u64,
+    bands: &Bands,
+    exact: &[Mean],
+) -> Done<Row> {
+    let mut row = Row::default();
+    for run in 1..=RUNS {
+        let (cpu_s, means) =
+            ours.run(bands.traced, bands.looked_at, 10 * number + run, level.tolerance)?;
+        let variance = mean(means.iter().map(|mean| error(mean).powi(2)));
+        row.errors[0].push(variance.sqrt());
+        row.costs[0].push(cpu_s * variance);
+        row.off[0].extend(means.iter().zip(exact).map(|(mean, exact)| mean.mean - exact.mean));
+        let first = (10 * number + run) * 100 + 50 * (bands.looked_at.len() as u64 % 2);
+        let seeds = first..first + level.seeds;
+        let renders = theirs(python, ours, bands.rendered, &level.film, seeds)?;
+        let (cpu_s, variances) = cost(&renders);
+        let variance = mean(variances.into_iter());
+        row.errors[1].push(variance.sqrt());
+        row.costs[1].push(cpu_s * bands.renders * variance);
+        let mean_of = |band: usize| moments(renders.means.iter().map(move |m| m[band])).0;
+        row.off[1].extend(exact.iter().enumerate().map(|(band, exact)| mean_of(band) - exact.mean));
+        row.peak_memory_mb = row.peak_memory_mb.max(renders.peak_memory_mb);
+    }
+    Ok(row)
 }

@@ -10,17 +10,19 @@ use soilsig::histogram::{Histogram, Mean};
 use soilsig::random::Purpose;
 use soilsig::stop::Target;
 
-use super::{ALL_BY_SOME, BANDS_UM, Done, Film, Ours, TOLERANCE, theirs};
+use super::{ALL_BY_SOME, BANDS_UM, Done, Film, Ours, theirs};
 
 /// Pixels of a film's side: 2^10 to 2^16 paths.
 const SIDES: [u64; 4] = [32, 64, 128, 256];
 const REFERENCE: u64 = 1 << 21;
+/// Half-width at which its paths are given up.
+const TOLERANCE: f64 = 0.0002;
 const REFERENCE_SEED: u64 = 1 << 40;
 
 /// Measures each number of paths and writes them to a file.
 pub fn write(python: &str, ours: &Ours, file: &str) -> Done<()> {
     let bands = ours.bands(&BANDS_UM)?;
-    let course = ours.course().ending_below(Target::of(TOLERANCE).least_weight() / 10.0, &bands);
+    let course = ours.course().ending_below(Target::of(TOLERANCE).least_weight(), &bands);
     eprintln!("measuring: reference");
     let paths = 0..REFERENCE;
     let tally = ours.tracer.trace(&course, REFERENCE_SEED, Purpose::Result, paths, &|_| ())?;
