@@ -26,6 +26,7 @@
 //! Lengths are micrometres inside the library, temperatures kelvin, radiance
 //! W m-2 sr-1 um-1; names that leave a module carry the unit.
 
+pub mod depth;
 pub mod error;
 pub mod features;
 pub mod plan;

@@ -121,13 +121,14 @@ impl Run<'_> {
 }
 
 /// What tells this build of the program from another: what it traced before is not taken for its own.
-fn program() -> Option<(u64, Duration)> {
+pub(super) fn program() -> Option<(u64, Duration)> {
     let file = std::env::current_exe().and_then(std::fs::metadata).ok()?;
     let age = file.modified().ok()?.duration_since(std::time::UNIX_EPOCH).ok()?;
     Some((file.len(), age))
 }
 
-fn ready<'a>(
+/// The tracer of a bed, made if it is not there.
+pub(super) fn ready<'a>(
     tracer: &'a mut Option<Tracer>,
     scene: &Scene,
     path: &Path,
