@@ -26,7 +26,6 @@
 //! Lengths are micrometres inside the library, temperatures kelvin, radiance
 //! W m-2 sr-1 um-1; names that leave a module carry the unit.
 
-pub mod depth;
 pub mod error;
 pub mod features;
 pub mod plan;
@@ -45,6 +44,7 @@ pub mod chart;
 pub mod course;
 pub mod coverage;
 pub mod cube;
+pub mod depth;
 pub mod envi;
 pub mod export;
 mod field;
