@@ -2,8 +2,9 @@
 
 python3 scripts/packings.py SOILSIG SCENE.json PACKINGS [BIGGER_TRAY_UM]
 
-Drops the packings, then traces them again with other rims left out and with their lower grains
-taken away. Prints the tables of docs/geometry.md. Needs nothing but Python's own library.
+Drops the packings, then traces them again with other rims left out, with their lower grains
+taken away and with these bare of fines. Prints the tables of docs/geometry.md. Needs nothing but
+Python's own library.
 """
 
 import csv
@@ -22,6 +23,7 @@ RIMS_UM = (0, 150, 300, 450, 600, 800)
 DEPTHS = (0.5, 1.0, 1.5, 2.0)  # mean diameters below the surface
 RAYS = ["--tolerance", "0.003", "--range", "9-11", "--step", "2"]
 GROUP = 4
+BARE = "bare.obj"
 
 
 def main(soilsig, scene, packings, bigger_um=None):
@@ -33,6 +35,7 @@ def main(soilsig, scene, packings, bigger_um=None):
         spread_table(beds, bed)
         rim_table(beds, bed)
         depth_table(beds, bed)
+        dust_table(beds, bed)
         if bigger_um:
             bigger_table(scene, float(bigger_um), beds, bed)
 
@@ -128,19 +131,23 @@ def rim_table(beds, bed):
     print()
 
 
+def above(placed, depth):
+    """The grains whose centres lie no deeper than so many mean diameters."""
+    tops = sorted(i["transform"][11] for i in placed["instances"])
+    # The upper decile of the grains' centres stands for the surface.
+    level = tops[int(0.9 * len(tops))] - depth * MEAN_DIAMETER_UM
+    return [i for i in placed["instances"] if i["transform"][11] >= level]
+
+
 def depth_table(beds, bed):
     """What taking the lower grains away changes."""
     shares = {}
 
     def without(depth):
         def change(placed):
-            tops = sorted(i["transform"][11] for i in placed["instances"])
-            # The upper decile of the grains' centres stands for the surface.
-            level = tops[int(0.9 * len(tops))] - depth * MEAN_DIAMETER_UM
-            kept = [i for i in placed["instances"] if i["transform"][11] >= level]
-            shares.setdefault(depth, []).append(len(kept) / len(tops))
-            placed["instances"] = kept
-            used = {i["prototype"] for i in kept}
+            placed["instances"], all_of_them = above(placed, depth), placed["instances"]
+            shares.setdefault(depth, []).append(len(placed["instances"]) / len(all_of_them))
+            used = {i["prototype"] for i in placed["instances"]}
             placed["prototypes"] = [p for p in placed["prototypes"] if p["name"] in used]
 
         return change
@@ -156,6 +163,51 @@ def depth_table(beds, bed):
             cells.append(f"{mean:+.4f} +- {error:.4f}")
         row(f"{depth:g}", f"{statistics.fmean(shares[depth]):.2f}", *cells)
     print()
+
+
+def dust_table(beds, bed):
+    """What fines matter on the lower grains."""
+    shares = {}
+
+    def bare_below(depth):
+        def change(placed):
+            dusty = above(placed, depth)
+            shares.setdefault(depth, []).append(1 - len(dusty) / len(placed["instances"]))
+            for instance in placed["instances"]:
+                if instance not in dusty:
+                    instance["prototype"] += "_bare"
+            for prototype in list(placed["prototypes"]):
+                name = prototype["name"]
+                placed["prototypes"].append({**prototype, "name": name + "_bare", "file": BARE})
+
+        return change
+
+    for path in beds:
+        without_fines(path.parent / "prototypes.obj", path.parent / BARE)
+    whole = [bed.emissivity(path) for path in beds]
+    row("bare below, mean diameters", "bare grains", *(f"change at {um:g} um" for um in BANDS_UM))
+    row(*["---"] * (2 + len(BANDS_UM)))
+    for depth in DEPTHS:
+        bare = [bed.emissivity(path, bare_below(depth)) for path in beds]
+        cells = []
+        for i in range(len(BANDS_UM)):
+            mean, error = mean_and_error([a[i] - b[i] for a, b in zip(bare, whole)])
+            cells.append(f"{mean:+.4f} +- {error:.4f}")
+        row(f"{depth:g}", f"{statistics.fmean(shares[depth]):.2f}", *cells)
+    print()
+
+
+def without_fines(prototypes, bare):
+    """Writes prototypes with their first material alone, the grain's."""
+    kept, materials = [], 0
+    for line in prototypes.read_text().splitlines(keepends=True):
+        if line.startswith("o "):
+            materials = 0
+        elif line.startswith("usemtl "):
+            materials += 1
+        if materials < 2 or not line.startswith("f "):
+            kept.append(line)
+    bare.write_text("".join(kept))
 
 
 def bigger_table(scene, side_um, beds, bed):

@@ -258,6 +258,16 @@ impl Bed {
         (min, max)
     }
 
+    /// The bed without so many of its lowest placements, by their middles; a dusty grain is one.
+    #[must_use]
+    pub fn without_lowest(&self, number: usize) -> Self {
+        let mut placements = self.placements.clone();
+        let height = |place: &Placement| place.to_scene.translation.z;
+        placements.sort_by(|a, b| height(a).total_cmp(&height(b)));
+        placements.drain(..number.min(placements.len()));
+        Self { placements, ..self.clone() }
+    }
+
     /// How many particles the domain has: those whose middle lies within its sides.
     pub fn particles(&self) -> u64 {
         let within = |place: &Placement| {

@@ -44,6 +44,7 @@ pub mod chart;
 pub mod course;
 pub mod coverage;
 pub mod cube;
+pub mod depth;
 pub mod envi;
 pub mod export;
 mod field;

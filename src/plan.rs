@@ -8,6 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::budget::{Budget, Share};
+use crate::depth::Depth;
 use crate::packings::{MOST, quantile_95};
 use crate::signature::Band;
 
@@ -36,6 +37,9 @@ pub struct Plan {
     pub wanted: usize,
     /// Packings that are dropped: no more than [`MOST`].
     pub packings: usize,
+    /// Fewer grains than the recipe has, where the tolerance costs less by them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth: Option<Depth>,
 }
 
 impl Plan {
@@ -45,13 +49,17 @@ impl Plan {
     /// By Stein's two stages (Ann. Math. Statist. 16, 243 (1945)): with the quantile of the pilot's own degrees of
     /// freedom the mean of that many packings is within the tolerance at 95 %, however the pilot's spread came out. An
     /// interval from the spread of all packings, as results have it, may be a little wider or narrower.
-    pub fn new(bands: &[Band], budget: &Budget, tolerance: f64) -> Self {
+    ///
+    /// `left_out` is what grains that were left out change. As a rule a black and a white floor below the rest change more:
+    /// then it is in their share.
+    pub fn new(bands: &[Band], budget: &Budget, tolerance: f64, left_out: f64) -> Self {
         let takes = |apart: &dyn Fn(&Share) -> f64| {
             let most = bands
                 .iter()
                 .zip(&budget.bands)
                 .map(|(band, share)| {
-                    let room = (tolerance - share.floor - share.given_up - apart(share)).max(0.0);
+                    let below = share.floor.max(left_out);
+                    let room = (tolerance - below - share.given_up - apart(share)).max(0.0);
                     let spread = band.emissivity.spread.unwrap_or(0.0);
                     let packings = (quantile_95(PILOT) * spread / room).powi(2);
                     // No spread in no room.
@@ -76,7 +84,13 @@ impl Plan {
             touching: touches,
             wanted,
             packings: wanted.min(MOST),
+            depth: None,
         }
+    }
+
+    /// Packings that are not dropped yet: hulls of the pilot are no part of what touches.
+    pub fn to_be_dropped(&self) -> usize {
+        self.packings - if self.touching { 0 } else { self.pilot }
     }
 
     /// Whether as many are dropped as the tolerance takes.
@@ -100,7 +114,7 @@ mod tests {
         let bands = [Band { emissivity: Estimate::of(packings), ..Band::default() }];
         let share = Share { apart, ..Share::default() };
         let budget = Budget { bands: vec![share], spectra_unknown: Vec::new(), floor_effect: None };
-        Plan::new(&bands, &budget, tolerance)
+        Plan::new(&bands, &budget, tolerance, 0.0)
     }
 
     /// Pilots and results of normally distributed packings.

@@ -62,6 +62,10 @@ impl Tracer {
     /// Builds the acceleration structure.
     pub fn new(bed: Bed) -> Self {
         let accelerator = Accelerator::new(&bed);
+        Self::with(bed, accelerator)
+    }
+
+    fn with(bed: Bed, accelerator: Accelerator) -> Self {
         let lift_um = bed
             .placements
             .iter()
@@ -82,6 +86,14 @@ impl Tracer {
         let field = Field::new(&self.bed, sides);
         let (bed, accelerator) = (Arc::clone(&self.bed), Arc::clone(&self.accelerator));
         Self { bed, accelerator, lift_um: Arc::clone(&self.lift_um), field }
+    }
+
+    /// The bed without so many of its lowest grains; what is built of its meshes is shared.
+    #[must_use]
+    pub fn without_lowest(&self, grains: usize) -> Self {
+        let bed = self.bed.without_lowest(grains);
+        let accelerator = self.accelerator.of(&bed);
+        Self::with(bed, accelerator)
     }
 
     /// The bed that is traced.

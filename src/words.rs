@@ -7,6 +7,7 @@ use std::path::Path;
 use crate::budget::Share;
 use crate::chart::Trade;
 use crate::coverage::Cover;
+use crate::depth::Depth;
 use crate::in_field::InField;
 use crate::plan::Plan;
 use crate::radiometry::masked_in_words;
@@ -83,7 +84,7 @@ pub fn trade(trade: &Trade, tolerance: f64) -> String {
 
 /// How many packings a tolerance takes.
 pub fn plan(plan: &Plan, tolerance: f64) -> String {
-    let Plan { pilot, spread, at_um, apart, touching, wanted, packings } = plan;
+    let Plan { pilot, spread, at_um, apart, touching, wanted, packings, depth: fewer } = plan;
     let kind = if *touching && *apart == 0.0 { "packings whose fines touch" } else { "packings" };
     let mut text =
         format!("{pilot} {kind} differ by {spread:.4} (standard deviation at {at_um} um)");
@@ -95,10 +96,22 @@ pub fn plan(plan: &Plan, tolerance: f64) -> String {
         return text;
     }
     let _ = write!(text, ": {wanted} for +-{tolerance} at 95 %");
+    if let Some(fewer) = fewer {
+        let _ = write!(text, "; {}", depth(fewer));
+    }
     if packings < wanted {
         let _ = write!(text, " (of which {packings} are dropped)");
     }
     text
+}
+
+/// How many grains are enough.
+pub fn depth(depth: &Depth) -> String {
+    let Depth { of, grains, change, at_um } = depth;
+    let below = of - grains;
+    format!(
+        "{of} grains -> {grains}: the lowest {below} change no more than {change:.4} ({at_um} um)"
+    )
 }
 
 /// What was reached for a scene.

@@ -98,11 +98,12 @@ fn packings_replay_to_the_byte() {
     }
 }
 
-/// The small recipe with so many fines on each grain.
-fn dusted(folder: &Path, fines: u32) -> String {
+/// The small recipe with so many fines on each grain, and so many grains of each class.
+fn dusted(folder: &Path, fines: u32, grains: u32) -> String {
     let mut scene = json(Path::new(&small()));
     for class in scene["geometry"]["packing"]["grains"].as_array_mut().expect("classes") {
         class["fines"] = fines.into();
+        class["count"] = grains.into();
     }
     let path = folder.join("dusted.json");
     fs::write(&path, scene.to_string()).expect("written");
@@ -120,7 +121,7 @@ fn planned(folder: &Path, blender: &Path, scene: &str, tolerance: &str) -> Value
 fn a_pilot_tells_how_many_packings_the_tolerance_takes() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let Some(blender) = support::real_blenders().into_iter().next() else { return };
-    let record = planned(folder.path(), &blender, &dusted(folder.path(), 0), "0.015");
+    let record = planned(folder.path(), &blender, &dusted(folder.path(), 0, 6), "0.015");
     let reached = &record["reached"]["settled_patch"];
     let plan = &reached["plan"];
     assert_eq!((&record["options"]["packings"], &plan["pilot"]), (&"auto".into(), &6.into()));
@@ -140,7 +141,7 @@ fn a_pilot_tells_how_many_packings_the_tolerance_takes() {
 fn fines_are_dropped_until_they_touch_where_the_tolerance_has_no_room_for_hulls() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let Some(blender) = support::real_blenders().into_iter().next() else { return };
-    let record = planned(folder.path(), &blender, &dusted(folder.path(), 10), "0.012");
+    let record = planned(folder.path(), &blender, &dusted(folder.path(), 10, 6), "0.012");
     let reached = &record["reached"]["settled_patch"];
     assert_eq!(
         (&reached["plan"]["touching"], &reached["plan"]["apart"]),
@@ -153,4 +154,35 @@ fn fines_are_dropped_until_they_touch_where_the_tolerance_has_no_room_for_hulls(
     let stages = record["stages"].as_array().expect("a list");
     let names: Vec<&str> = stages.iter().filter_map(|stage| stage["name"].as_str()).collect();
     assert!(names.starts_with(&["pilot drop", "pilot trace"]), "{names:?}");
+}
+
+/// A bed more than twice as deep as rays get: the beds whose fines touch, which cost the most, have no such depth.
+#[test]
+fn grains_that_no_ray_sees_are_not_dropped() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(blender) = support::real_blenders().into_iter().next() else { return };
+    let record = planned(folder.path(), &blender, &dusted(folder.path(), 10, 14), "0.015");
+    let reached = &record["reached"]["settled_patch"];
+    let depth = &reached["plan"]["depth"];
+    let [of, grains] = ["of", "grains"].map(|key| depth[key].as_u64().expect("a number"));
+    assert!(of == 42 && (6..=33).contains(&grains), "{depth}");
+    let change = depth["change"].as_f64().expect("a number");
+    assert!((0.0..=0.0015).contains(&change), "{depth}");
+    assert_eq!(
+        (&reached["plan"]["touching"], &reached["tolerance_reached"]),
+        (&true.into(), &true.into())
+    );
+    let placed = |bed: u64| {
+        let scene = json(&folder.path().join(format!("r/packings/{bed}/scene.json")));
+        scene["geometry"]["placed"]["instances"].as_array().expect("a list").len() as u64
+    };
+    let beds = reached["packings"].as_u64().expect("a number");
+    assert!((1..=beds).all(|bed| placed(bed) == grains));
+    // What a ray could find below them is still part of the result's uncertainty.
+    let floor = reached["budget"]["floor"].as_f64().expect("a number");
+    assert!(floor > 0.0 && floor < 0.015 / 2.0, "{floor}");
+    let said = soilsig(folder.path(), &blender, &["replay", "r/run.json"]);
+    for file in ["packings/2/scene.json", "packings/2/table.json", "signature.csv"] {
+        assert!(said.contains(&format!("{file}: the same")), "{said}");
+    }
 }

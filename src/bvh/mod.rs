@@ -17,6 +17,7 @@ mod walk;
 
 use std::cell::RefCell;
 use std::marker::PhantomData;
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
@@ -29,7 +30,7 @@ use walk::{AtLeaf, Slabs, Stack, walk};
 
 /// The two levels over all placed meshes of a bed.
 pub struct Accelerator {
-    meshes: Vec<MeshTree>,
+    meshes: Arc<[MeshTree]>,
     /// In the order of the top level's leaves.
     instances: Vec<Instance>,
     top: Tree,
@@ -99,6 +100,16 @@ impl Accelerator {
     /// Builds both levels.
     pub fn new(bed: &Bed) -> Self {
         let meshes: Vec<MeshTree> = bed.meshes.par_iter().map(MeshTree::new).collect();
+        Self::over(meshes.into(), bed)
+    }
+
+    /// The same over other placements of the same meshes.
+    #[must_use]
+    pub fn of(&self, bed: &Bed) -> Self {
+        Self::over(Arc::clone(&self.meshes), bed)
+    }
+
+    fn over(meshes: Arc<[MeshTree]>, bed: &Bed) -> Self {
         let middle = (bed.domain.min_um + bed.domain.max_um) / 2.0;
         let boxes: Vec<Aabb> = bed
             .placements

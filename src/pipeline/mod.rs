@@ -1,0 +1,318 @@
+//! From a scene to its signature, in stages: drop, trace, signature, picture.
+
+mod bring;
+mod planned;
+mod results;
+
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::budget::{Budget, Origin};
+use crate::cache::Cache;
+use crate::course::Course;
+use crate::error::Error;
+use crate::ingest;
+use crate::library::{self, Library};
+use crate::output;
+use crate::packings::HowMany;
+use crate::plan::PILOT;
+use crate::record::{self, Output, Record, Stage};
+use crate::report;
+use crate::scene::{Scene, SceneGeometry};
+use crate::shipped::{self, COVERAGES};
+use crate::signature::{Band, Grid};
+use crate::spectrum;
+use crate::table::Table;
+use crate::trace;
+use crate::tracer::Tracer;
+
+/// Files of a drop that hold times of day or durations and so differ from run to run.
+const NOT_REPRODUCIBLE: [&str; 2] = ["blender.log", "drop.json"];
+
+/// What is to be run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// A shipped scene by its coverage: `full`, `less`, `sparse`, `bare`; `all` of them; or the share of the
+    /// grains' silhouettes to be covered with fines, 0 to 1.
+    Coverage(String),
+    /// A scene file, packing or placed.
+    Scene(PathBuf),
+}
+
+/// Everything that a run depends on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Options {
+    /// The scene.
+    pub source: Source,
+    /// The user's grains, in place of the shapes that are their size classes.
+    #[serde(default)]
+    pub grains: Option<PathBuf>,
+    /// In place of the scene's seeds, of packing and rays both.
+    pub seed: Option<u64>,
+    /// How many packings are dropped.
+    pub packings: HowMany,
+    /// Particles of the field that each packing is to be a patch of; `None` for the packing within mirror sides.
+    pub field: Option<f64>,
+    /// Half-width of the 95 % interval that every band is to reach: of several packings their mean.
+    pub tolerance: f64,
+    /// Most paths for a packing.
+    pub max_paths: u64,
+    /// Longest that the trace of a packing may take, seconds.
+    #[serde(default)]
+    pub max_seconds: Option<f64>,
+    /// The bands.
+    pub grid: Grid,
+    /// Whether the settled patch is exported flat as well.
+    pub patch_obj: bool,
+    /// The Blender to use.
+    pub blender: Option<PathBuf>,
+    /// Longest that Blender may take, seconds.
+    pub blender_timeout_s: u64,
+}
+
+/// Runs the pipeline; all files go below `out`. `run.json` is removed before the first result is written and
+/// written last: where it is, the result is whole. A run that fails before it has a result leaves an earlier
+/// one alone; one that succeeds removes what the earlier one had and it has not.
+pub fn run(
+    options: &Options,
+    command: Vec<String>,
+    out: &Path,
+    cache: &Cache,
+) -> Result<Record, Error> {
+    output::folder(out)?;
+    let earlier = Record::read(&out.join("run.json")).ok();
+    let mut record = Record {
+        soilsig_run: record::FORMAT,
+        command,
+        options: options.clone(),
+        versions: BTreeMap::from([("soilsig".into(), env!("CARGO_PKG_VERSION").into())]),
+        seeds: BTreeMap::new(),
+        inputs: BTreeMap::new(),
+        outputs: BTreeMap::new(),
+        stages: Vec::new(),
+        reached: BTreeMap::new(),
+    };
+    match &options.source {
+        Source::Coverage(name) if name == "all" => {
+            let mut curves = Vec::new();
+            for (name, text) in COVERAGES {
+                let path = format!("scenes/{name}.json");
+                let scene = Scene::parse(text, Path::new(&path))?;
+                record.versions.insert(path, sha256_of(text));
+                let mut run = Run::new(options, out, name, cache, &mut record);
+                curves.push(run.scene(scene, Path::new(name))?);
+            }
+            let mut run = Run::new(options, out, "", cache, &mut record);
+            run.draw_all(&curves)?;
+        }
+        Source::Coverage(name) => {
+            let path = PathBuf::from(format!("scenes/{name}.json"));
+            let scene = if let Some(text) = shipped::text(name) {
+                record.versions.insert(path.display().to_string(), sha256_of(text));
+                Scene::parse(text, &path)?
+            } else if let Some(share) = name.parse().ok().filter(|s| (0.0..=1.0).contains(s)) {
+                shipped::with_cover(share)
+            } else {
+                let known: Vec<_> = COVERAGES.iter().map(|(known, _)| *known).collect();
+                return Err(Error::Coverage { wanted: name.clone(), known: known.join(", ") });
+            };
+            Run::new(options, out, "", cache, &mut record).scene(scene, &path)?;
+        }
+        Source::Scene(path) => {
+            let scene = Scene::read(path)?;
+            record.inputs.insert(path.display().to_string(), output::sha256_hex(path)?);
+            Run::new(options, out, "", cache, &mut record).scene(scene, path)?;
+        }
+    }
+    for file in earlier.iter().flat_map(|earlier| earlier.outputs.keys()) {
+        // The record may be by other hands: only plain names below the folder are its files.
+        let below = Path::new(file).components().all(|part| matches!(part, Component::Normal(_)));
+        if below && !record.outputs.contains_key(file) {
+            output::remove(&out.join(file))?;
+        }
+    }
+    record.write(&out.join("run.json"))?;
+    Ok(record)
+}
+
+fn sha256_of(text: &str) -> String {
+    output::hex(&Sha256::digest(text))
+}
+
+/// One scene's way through the stages.
+struct Run<'a> {
+    options: &'a Options,
+    out: &'a Path,
+    /// Folder of this scene's files below `out`, if they are not at its top.
+    below: &'a str,
+    cache: &'a Cache,
+    record: &'a mut Record,
+    /// How many packings are dropped now.
+    packings: usize,
+}
+
+/// A settled bed, as the tracer takes it.
+struct Bed {
+    scene: Scene,
+    path: PathBuf,
+    /// Loaded only if a stage needs it: a run that finds everything in the cache does not.
+    tracer: Option<Tracer>,
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        options: &'a Options,
+        out: &'a Path,
+        below: &'a str,
+        cache: &'a Cache,
+        record: &'a mut Record,
+    ) -> Self {
+        let packings = match options.packings {
+            HowMany::Number(number) => number,
+            HowMany::Planned(_) => PILOT,
+        };
+        Self { options, out, below, cache, record, packings }
+    }
+
+    fn scene(&mut self, mut scene: Scene, path: &Path) -> Result<(Vec<Table>, Vec<Band>), Error> {
+        if let Some(seed) = self.options.seed {
+            scene.seed = seed;
+            if let SceneGeometry::Packing(packing) = &mut scene.geometry {
+                packing.seed = seed;
+            }
+        }
+        let library = self.library(&mut scene, path)?;
+        // Whatever is wrong with the spectra is known before Blender is started.
+        let wavelengths_um = self.options.grid.wavelengths_um();
+        let materials = trace::materials(&scene, path)?;
+        let spectra: Vec<_> = materials.iter().map(|m| &m.spectrum).collect();
+        let kept = Course::new(&scene, &spectra).kept;
+        trace::bands(&materials, kept, &wavelengths_um, path)?;
+        trace::air(&scene, path, &wavelengths_um)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        for (_, file) in scene.air_files_mut() {
+            let file = folder.join(file);
+            self.record.inputs.insert(file.display().to_string(), output::sha256_hex(&file)?);
+        }
+        for material in &mut scene.materials {
+            let mut files: Vec<PathBuf> =
+                material.spectrum.tables_mut().iter().map(|table| folder.join(table)).collect();
+            if let Some(file) = material.spectrum.file_mut() {
+                files.extend(spectrum::format::files(&folder.join(file))?);
+            }
+            for file in files {
+                let sum = output::sha256_hex(&file)?;
+                self.record.inputs.insert(file.display().to_string(), sum);
+            }
+        }
+        self.record.seeds.insert(self.key("rays"), scene.seed);
+        let mut beds = match scene.geometry.clone() {
+            SceneGeometry::Packing(packing) => {
+                self.record.seeds.insert(self.key("packing"), packing.seed);
+                match self.options.packings {
+                    HowMany::Number(_) => self.drop(&scene, &packing, library.as_ref(), path)?,
+                    HowMany::Planned(_) => Vec::new(),
+                }
+            }
+            SceneGeometry::Placed(_) if self.options.packings != HowMany::Number(1) => {
+                return Err(Error::OnePacking { scene: path.to_owned() });
+            }
+            SceneGeometry::Placed(_) if self.options.field.is_some() => {
+                return Err(Error::FieldOfPlaced { scene: path.to_owned() });
+            }
+            SceneGeometry::Placed(_) => {
+                for file in ingest::files(&scene, path)? {
+                    let sum = output::sha256_hex(&file)?;
+                    self.record.inputs.insert(file.display().to_string(), sum);
+                }
+                vec![Bed { scene: scene.clone(), path: path.to_owned(), tracer: None }]
+            }
+        };
+        let (tables, plan) = match (self.options.packings, &scene.geometry) {
+            (HowMany::Planned(_), SceneGeometry::Packing(packing)) => {
+                let (planned, tables, plan) =
+                    self.planned(&scene, packing, library.as_ref(), path, &wavelengths_um)?;
+                beds = planned;
+                (tables, Some(plan))
+            }
+            _ => (self.trace(&mut beds)?, None),
+        };
+        let bands = self.signature(&scene, &tables, &wavelengths_um)?;
+        let origin = match &scene.geometry {
+            SceneGeometry::Packing(_) if plan.is_some_and(|plan| plan.touching) => Origin::Drawn,
+            SceneGeometry::Packing(packing) => Origin::of(packing),
+            SceneGeometry::Placed(_) => Origin::Given,
+        };
+        let budget = Budget::new(&tables, &bands, origin)?;
+        output::bytes(&self.place("budget.csv"), budget.csv_text().as_bytes())?;
+        self.wrote("budget.csv")?;
+        self.picture(&mut beds[0], &tables[0])?;
+        let mut reached = report::reached(&tables, &bands, &budget, self.options.tolerance);
+        if let Some(plan) = plan {
+            reached.tolerance_reached = plan.is_whole();
+        }
+        reached.plan = plan;
+        self.record.reached.insert(scene.name, reached);
+        Ok((tables, bands))
+    }
+
+    /// The user's grains of a packing; those of `--grains` take the place of the shapes that they are of.
+    fn library(&mut self, scene: &mut Scene, path: &Path) -> Result<Option<Library>, Error> {
+        let SceneGeometry::Packing(packing) = &mut scene.geometry else {
+            return match self.options.grains {
+                Some(_) => Err(Error::GrainsOfPlaced { scene: path.to_owned() }),
+                None => Ok(None),
+            };
+        };
+        if let Some(folder) = &self.options.grains {
+            library::stand_in(packing, folder)?;
+        }
+        let library = Library::of(packing, path.parent().unwrap_or(Path::new("")))?;
+        for file in library.iter().flat_map(Library::files) {
+            let sum = output::sha256_hex(&file)?;
+            self.record.inputs.insert(file.display().to_string(), sum);
+        }
+        Ok(library)
+    }
+
+    /// A name in the record, told apart where there are several scenes.
+    fn key(&self, name: &str) -> String {
+        if self.below.is_empty() { name.to_owned() } else { format!("{}/{name}", self.below) }
+    }
+
+    /// Where a file of this scene goes.
+    fn place(&self, file: &str) -> PathBuf {
+        self.out.join(self.below).join(file)
+    }
+
+    /// A file of one packing, by its path below the scene's folder.
+    fn of_packing(&self, packing: usize, file: &str) -> String {
+        match self.packings {
+            1 => file.to_owned(),
+            _ => format!("packings/{}/{file}", packing + 1),
+        }
+    }
+
+    /// From here on the folder holds parts of this run: an earlier record no longer speaks for it.
+    fn begin_to_write(&self) -> Result<(), Error> {
+        Ok(output::remove(&self.out.join("run.json"))?)
+    }
+
+    /// Notes a file that was written.
+    fn wrote(&mut self, file: &str) -> Result<(), Error> {
+        let sha256 = output::sha256_hex(&self.place(file))?;
+        let name = Path::new(file).file_name().unwrap_or_default().to_string_lossy();
+        let reproducible = !NOT_REPRODUCIBLE.contains(&&*name);
+        self.record.outputs.insert(self.key(file), Output { sha256, reproducible });
+        Ok(())
+    }
+
+    fn stage(&mut self, name: &str, seconds: f64, cached: bool) {
+        self.record.stages.push(Stage { name: self.key(name), seconds, cached });
+    }
+}

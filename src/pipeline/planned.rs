@@ -1,0 +1,151 @@
+//! A planned run: a pilot, and what it tells.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use super::results::{program, ready};
+use super::{Bed, Run};
+use crate::budget::{Budget, Origin};
+use crate::depth::{self, Depth};
+use crate::error::Error;
+use crate::library::Library;
+use crate::output::{self, OutputError};
+use crate::plan::{PILOT, Plan};
+use crate::progress::Step;
+use crate::scene::{Collision, Packing, Scene, SceneGeometry};
+use crate::signature;
+use crate::table::Table;
+use crate::words;
+
+/// Packings that are too few for shallower ones to save what their pilot costs.
+const FEW: usize = 4 * PILOT;
+
+impl Run<'_> {
+    /// Says in the record that the stages from there on were those of a pilot.
+    fn call_pilot(&mut self, begun: usize) {
+        for stage in &mut self.record.stages[begun..] {
+            if !stage.name.starts_with("pilot ") {
+                stage.name.insert_str(0, "pilot ");
+            }
+        }
+    }
+
+    /// As many packings as the tolerance takes, dropped until their fines touch if it takes that.
+    pub(super) fn planned(
+        &mut self,
+        scene: &Scene,
+        packing: &Packing,
+        library: Option<&Library>,
+        path: &Path,
+        wavelengths_um: &[f64],
+    ) -> Result<(Vec<Bed>, Vec<Table>, Plan), Error> {
+        let tolerance = self.options.tolerance;
+        let begun = self.record.stages.len();
+        let (mut scene, mut packing) = (scene.clone(), packing.clone());
+        let made = |run: &mut Self, scene: &Scene, packing: &Packing| {
+            let mut beds = run.drop(scene, packing, library, path)?;
+            let tables = run.trace(&mut beds)?;
+            Ok::<_, Error>((beds, tables))
+        };
+        let (mut beds, mut tables) = made(self, &scene, &packing)?;
+        let mut plan = plan_of(&tables, &packing, wavelengths_um, tolerance, 0.0)?;
+        let say = |plan: &Plan| eprintln!("plan: {}", words::plan(plan, tolerance));
+        say(&plan);
+        let depth = if plan.touching || plan.to_be_dropped() > FEW {
+            self.depth(&mut beds, &tables, &packing, &plan, wavelengths_um)?
+        } else {
+            None
+        };
+        if let Some(depth) = &depth {
+            packing = depth.of(&packing);
+        }
+        let left_out = depth.map_or(0.0, |depth| depth.change);
+        // Shallower beds have a pilot of their own, and so have those that touch.
+        let mut again = |run: &mut Self, packing: &Packing| {
+            run.call_pilot(begun);
+            scene.geometry = SceneGeometry::Packing(packing.clone());
+            (beds, tables) = made(run, &scene, packing)?;
+            let plan = plan_of(&tables, packing, wavelengths_um, tolerance, left_out)?;
+            Ok::<_, Error>(Plan { depth, ..plan })
+        };
+        if depth.is_some() && !plan.touching {
+            plan = again(self, &packing)?;
+            say(&plan);
+        }
+        if plan.touching {
+            packing.drop.collision = Collision::HullThenFines;
+            plan = Plan { touching: true, ..again(self, &packing)? };
+            say(&plan);
+        }
+        if plan.packings > PILOT {
+            self.call_pilot(begun);
+            // Those of the pilot come from the cache.
+            self.packings = plan.packings;
+            (beds, tables) = made(self, &scene, &packing)?;
+        }
+        Ok((beds, tables, plan))
+    }
+
+    /// How many grains beds like those of a pilot need.
+    fn depth(
+        &mut self,
+        beds: &mut [Bed],
+        tables: &[Table],
+        packing: &Packing,
+        plan: &Plan,
+        um: &[f64],
+    ) -> Result<Option<Depth>, Error> {
+        let step = Step::new(&self.key("depth"));
+        let tolerance = self.options.tolerance;
+        let traced: Vec<_> =
+            tables.iter().map(|table| (&table.scene_sha256, table.paths)).collect();
+        let spectra = &tables[0].materials;
+        let grid = &self.options.grid;
+        let made_from = (program(), traced, spectra, packing, plan, grid, tolerance);
+        let made = self.cache.stage("depth", &made_from, |folder| {
+            beds.par_iter_mut().try_for_each(|bed| {
+                ready(&mut bed.tracer, &bed.scene, &bed.path)?;
+                Ok::<_, Error>(())
+            })?;
+            let tried = |taken| {
+                let rest = |(bed, table): (&Bed, &Table)| {
+                    let tracer = bed.tracer.as_ref().expect("it was made ready");
+                    depth::without_lowest(tracer, &bed.scene, table, taken)
+                };
+                let rest: Vec<Table> =
+                    beds.par_iter().zip(tables).map(rest).collect::<Result<_, _>>()?;
+                let (change, at_um) = depth::change(tables, &rest, um)?;
+                Ok((change, at_um, rest))
+            };
+            let planned = |rest: Vec<Table>, change| plan_of(&rest, packing, um, tolerance, change);
+            let found = Depth::find(packing, plan, tolerance, tried, planned)?;
+            let text = serde_json::to_vec(&found).expect("plain data");
+            Ok(output::bytes(&folder.join(DEPTH), &text)?)
+        })?;
+        let path = made.folder.join(DEPTH);
+        let read = std::fs::read(&path).and_then(|text| Ok(serde_json::from_slice(&text)?));
+        let found: Option<Depth> =
+            read.map_err(|source| Error::Cache(OutputError { path, source }))?;
+        let note = found.map_or("all grains are needed".into(), |found| words::depth(&found));
+        let seconds = step.done(&note);
+        self.stage("depth", seconds, made.cached);
+        Ok(found)
+    }
+}
+
+/// Name of its result in the cache.
+const DEPTH: &str = "depth.json";
+
+/// The plan by a pilot; grains that were left out of it change so much.
+fn plan_of(
+    tables: &[Table],
+    packing: &Packing,
+    um: &[f64],
+    tolerance: f64,
+    left_out: f64,
+) -> Result<Plan, Error> {
+    let bands = signature::evaluate(tables, um)?;
+    let budget = Budget::new(tables, &bands, Origin::of(packing))?;
+    Ok(Plan::new(&bands, &budget, tolerance, left_out))
+}
