@@ -5,21 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from .hull import Reach, reduced_hull
-from .pieces import Pieces
+from .hull import reduced_hull
+from .pieces import Pieces, near_fines
 from .rigid import World, mesh_of
 
 # Fines collide one by one, and whole meshes, with this share of the margin, which stands between
 # them. Their own corners are left where they are.
 _FINE_MARGIN = 0.125
-# In the contact phase those fines of a grain are parts of it that come this near to the hull of
-# another grain or to the tray, as a share of the mean diameter. They are chosen anew when others
-# have come to this share of it.
-_NEAR = 0.08
-_CLOSER = 0.25
-_ROUNDS = 4
+# The contact phase in rounds: how far a grain that nothing holds sinks in a frame; how near those
+# fines come to another grain or to the tray that are parts of a grain's body (both shares of the
+# mean diameter); for how many frames the grains are to rest. Fines cost time by their number, each
+# in every frame and as much as in a dozen frames when it becomes a part.
+_ROUNDS = ((0.025, 0.1, 1), (0.004, 0.05, 3))
 # Nothing moves fast without inertia, so that fewer steps do: this share of those of the fall.
-_STEPS_SHARE = 1 / 3
+_STEPS_SHARE = 1 / 6
 
 
 def drop_hulls(prototypes, prototype_of, poses, tray, height, unit_um, settings):
@@ -28,7 +27,7 @@ def drop_hulls(prototypes, prototype_of, poses, tray, height, unit_um, settings)
     meshes = [_hull_mesh(p, unit_um, settings["margin"]) for p in prototypes]
     _add(world, prototype_of, meshes, poses)
     masses = _masses(prototypes, prototype_of, unit_um)
-    return world.run(masses, "CONVEX_HULL", settings["margin"], falling=True)
+    return world.run(masses, "CONVEX_HULL", settings["margin"])
 
 
 def drop_meshes(prototypes, prototype_of, poses, tray, height, unit_um, settings):
@@ -36,45 +35,26 @@ def drop_meshes(prototypes, prototype_of, poses, tray, height, unit_um, settings
     world = World(tray, height, settings)
     _add(world, prototype_of, [_whole_mesh(p, unit_um) for p in prototypes], poses)
     masses = _masses(prototypes, prototype_of, unit_um)
-    return world.run(masses, "MESH", _FINE_MARGIN * settings["margin"], falling=True)
+    return world.run(masses, "MESH", _FINE_MARGIN * settings["margin"])
 
 
 def sink_into_contact(prototypes, prototype_of, poses, tray, height, unit_um, settings):
     """From the rest of the hulls, without inertia, until fines rest on fines."""
     settings = {**settings, "substeps": math.ceil(settings["substeps"] * _STEPS_SHARE)}
-    dusty = _Dusty(prototypes, prototype_of, tray, unit_um, _NEAR * settings["scale"])
+    dusty = _Dusty(prototypes, prototype_of, tray, unit_um)
     frames, history = 0, [poses]
-    for _ in range(_ROUNDS):
-        parts = dusty.near(poses, 1.0)
-        rest = _sink(dusty, parts, poses, height, settings)
+    for sinking, reach, calm in _ROUNDS:
+        world = World(tray, height, settings)
+        dusty.add_near(world, poses, reach * settings["scale"] * unit_um)
+        margin = _FINE_MARGIN * settings["margin"]
+        masses = _masses(prototypes, prototype_of, unit_um)
+        rest = world.run(masses, "COMPOUND", margin, sinking * settings["scale"], calm)
         frames += rest.frames
         history += rest.history[1:]
         poses = rest.poses
-        closer = dusty.near(poses, _CLOSER) if rest.settled else parts
-        if all(np.isin(new, old).all() for new, old in zip(closer, parts)):
+        if not rest.settled:
             break
     return replace(rest, frames=frames, history=history)
-
-
-def _sink(dusty, parts, poses, height, settings):
-    prototypes, unit_um = dusty.prototypes, dusty.unit_um
-    world = World(dusty.tray, height, settings)
-    cores = [mesh_of(f"{p.name}_core", p.grain.vertices / unit_um) for p in prototypes]
-    bodies = {
-        (k, b): mesh_of(f"{fine.name}_{b}", body.vertices / unit_um)
-        for k, fine in enumerate(prototypes[0].fines)
-        for b, body in enumerate(fine.bodies)
-    }
-    _add(world, dusty.prototype_of, [mesh_of("grain", [(0, 0, 0)])] * len(prototypes), poses)
-    for body, p, fines in zip(world.bodies, dusty.prototype_of, parts):
-        dust = prototypes[p].dust
-        world.add_part(body, cores[p], np.eye(4))
-        for i in fines:
-            pose = np.eye(4)
-            pose[:3, :3], pose[:3, 3] = dust.rotation[i], dust.position[i] / unit_um
-            world.add_part(body, bodies[dust.kind[i], dust.body[i]], pose)
-    masses = _masses(prototypes, dusty.prototype_of, unit_um)
-    return world.run(masses, "COMPOUND", _FINE_MARGIN * settings["margin"], falling=False)
 
 
 def _add(world, prototype_of, meshes, poses):
@@ -105,31 +85,48 @@ def _whole_mesh(prototype, unit_um):
 class _Dusty:
     """The grains with their fines, to find which of these are near to other grains."""
 
-    def __init__(self, prototypes, prototype_of, tray, unit_um, reach):
-        self.prototypes = prototypes
-        self.prototype_of = prototype_of
-        self.tray = tray
-        self.unit_um = unit_um
-        self._reach = reach
+    def __init__(self, prototypes, prototype_of, tray, unit_um):
+        self._prototypes = [prototypes[p] for p in prototype_of]
+        self._tray_um = tray * unit_um
+        self._unit_um = unit_um
         pieces = [Pieces.of(prototype) for prototype in prototypes]
-        self._centres = [piece.centre / unit_um for piece in pieces]
-        self._outer = [piece.outer / unit_um for piece in pieces]
-        self._radii = np.array([piece.radius for piece in pieces])[prototype_of] / unit_um
-        self._hulls = [Reach(prototype.outline / unit_um) for prototype in prototypes]
+        self._pieces = [pieces[p] for p in prototype_of]
+        self._radii = np.array([piece.radius for piece in self._pieces])
 
-    def near(self, poses, share):
-        """For every grain its fines within a share of the reach of a grain's hull or the tray."""
-        middle = poses[:, :3, 3]
-        reach = share * self._reach
-        chosen = []
-        for i, p in enumerate(self.prototype_of):
-            centre = self._centres[p] @ poses[i, :3, :3].T + middle[i]
-            around = self._outer[p] + reach
-            touching = np.hstack([centre, self.tray - centre[:, :2]]).min(axis=1) < around
-            apart = np.linalg.norm(middle - middle[i], axis=1) - self._radii - self._radii[i]
-            for j in np.flatnonzero(apart < reach):
-                if j != i:
-                    local = (centre - middle[j]) @ poses[j, :3, :3]
-                    touching |= self._hulls[self.prototype_of[j]].away(local) < around
-            chosen.append(np.flatnonzero(touching))
-        return chosen
+    def add_near(self, world, poses, reach_um):
+        """Adds every grain as a body of itself and of those of its fines that are near."""
+        empty, meshes = mesh_of("grain", [(0, 0, 0)]), {}
+
+        def mesh(body):
+            if id(body) not in meshes:
+                meshes[id(body)] = mesh_of("part", body.vertices / self._unit_um)
+            return meshes[id(body)]
+
+        near = self._near(poses, reach_um)
+        for i, (prototype, pose, fines) in enumerate(zip(self._prototypes, poses, near)):
+            grain = world.add(f"body_{i}", empty, pose)
+            world.add_part(grain, mesh(prototype.grain), np.eye(4))
+            dust = prototype.dust
+            for k in fines:
+                part = np.eye(4)
+                part[:3, :3], part[:3, 3] = dust.rotation[k], dust.position[k] / self._unit_um
+                world.add_part(
+                    grain, mesh(prototype.fines[dust.kind[k]].bodies[dust.body[k]]), part
+                )
+
+    def _near(self, poses, reach_um):
+        """For every grain its fines within reach of a piece of another grain or of the tray."""
+        turns, middle = poses[:, :3, :3], poses[:, :3, 3] * self._unit_um
+        found = []
+        for one, turn, at in zip(self._pieces, turns, middle):
+            corners = one.fines.corners @ turn.T + at
+            inward = np.concatenate([corners, self._tray_um - corners[:, :, :2]], axis=2)
+            found.append([np.flatnonzero(inward.min(axis=(1, 2)) < reach_um)])
+        for i, one in enumerate(self._pieces):
+            apart = np.linalg.norm(middle[:i] - middle[i], axis=1) - self._radii[:i] - one.radius
+            for j in np.flatnonzero(apart < reach_um):
+                turn, shift = turns[i].T @ turns[j], turns[i].T @ (middle[j] - middle[i])
+                of_one, of_two = near_fines(one, self._pieces[j], turn, shift, reach_um)
+                found[i].append(of_one)
+                found[j].append(of_two)
+        return [np.unique(np.concatenate(fines)) for fines in found]

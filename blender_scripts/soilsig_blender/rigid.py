@@ -68,14 +68,15 @@ class World:
         part.matrix_local = Matrix(pose.tolist())
         self.parts.append(part)
 
-    def run(self, masses, collision_shape, margin, falling) -> Rest:
-        """Steps until rest. Grains that are not `falling` lie already and have no inertia."""
+    def run(self, masses, collision_shape, margin, sinking=None, calm=_REST_FRAMES) -> Rest:
+        """Steps until rest for `calm` frames.
+
+        Grains that sink lie already and have no inertia; one that nothing holds goes down by
+        `sinking` a frame.
+        """
         self._make_rigid(masses, collision_shape, margin)
-        if falling:
-            self._damp(_DAMPING)
-        else:
-            self._damp(_FULL_DAMPING)
-        return self._step(without_inertia=not falling)
+        self._damp(_FULL_DAMPING if sinking else _DAMPING)
+        return self._step(sinking, calm)
 
     def _make_rigid(self, masses, collision_shape, margin):
         scene = bpy.context.scene
@@ -83,6 +84,7 @@ class World:
         bpy.ops.rigidbody.world_add()
         world = scene.rigidbody_world
         world.collection = bpy.data.collections.new("drop")
+        scene.collection.children.link(world.collection)
         world.substeps_per_frame = self.settings["substeps"]
         world.solver_iterations = self.settings["iterations"]
         world.point_cache.frame_end = self.settings["max_frames"]
@@ -127,16 +129,19 @@ class World:
             walls.append(wall)
         return walls
 
-    def _step(self, without_inertia):
+    def _step(self, sinking, calm_frames):
         scene = bpy.context.scene
         most = self.settings["max_frames"]
         seconds = scene.render.fps_base / scene.render.fps
         gravity, diameter = self.settings["gravity"], self.settings["scale"]
         free_fall = np.sqrt(gravity * diameter)
-        sinking = gravity * seconds / self.settings["substeps"] / free_fall
+        fell, calm, without_inertia = bool(sinking), 0, bool(sinking)
+        if sinking:
+            scene.gravity = (0, 0, -sinking * self.settings["substeps"] / seconds**2)
+        else:
+            sinking = gravity * seconds**2 / self.settings["substeps"]
         poses = self._poses()
         history = [poses]
-        fell, calm = without_inertia, 0
         for frame in range(1, most + 1):
             scene.frame_set(frame)
             before, poses = poses, self._poses()
@@ -147,7 +152,7 @@ class World:
             # The first frames are still: Bullet has not begun to step.
             fell = fell or energy > _FALLING_ENERGY
             if without_inertia:
-                share = speeds / sinking
+                share = moved / sinking
                 at_rest = frame > 3 and share.mean() < _REST_MEAN and share.max() < _REST_WORST
                 calm = calm + 1 if at_rest else 0
             elif fell:
@@ -157,9 +162,9 @@ class World:
                     without_inertia = True
             if frame % 5 == 0:
                 progress("drop", frame, most)
-            if calm >= _REST_FRAMES or self._lost(poses):
+            if calm >= calm_frames or self._lost(poses):
                 break
-        settled = calm >= _REST_FRAMES
+        settled = calm >= calm_frames
         return Rest(poses, settled, frame, float(speeds.max()), float(energy), history)
 
     def _poses(self):
@@ -173,11 +178,15 @@ class World:
 
 
 def _join(world, objects):
-    """Members of the world's collection become rigid bodies without an operator for each."""
+    """Members of the world's collection become rigid bodies without an operator for each.
+
+    They get there all at once: every change to a collection of the scene goes through all objects.
+    """
+    members = bpy.data.collections.new("members")
     for o in objects:
-        bpy.context.scene.collection.objects.link(o)
-        world.collection.objects.link(o)
-    bpy.context.view_layer.update()
+        members.objects.link(o)
+    world.collection.children.link(members)
+    world.collection = world.collection
 
 
 def mesh_of(name, vertices, triangles=()):
