@@ -205,8 +205,11 @@ fn budget(share: &Share, spectra_unknown: &[String]) -> String {
     }));
     parts.push(format!("floor {:.4}", share.floor));
     parts.push(format!("paths given up {:.4}", share.given_up));
-    let apart = share.apart.map_or(String::new(), |apart| {
-        format!("hulls that keep fines apart up to {apart:.4} (not measured here), ")
+    let apart = share
+        .apart
+        .map_or(String::new(), |apart| format!("hulls that keep fines apart up to {apart:.4}, "));
+    let facets = share.facets.map_or(String::new(), |facets| {
+        format!("facets of grains up to {facets:.4} (not measured on these beds), ")
     });
     let recipe = if share.packings.is_some() { "of the recipe" } else { "of this geometry" };
     let unknown = match spectra_unknown {
@@ -214,7 +217,7 @@ fn budget(share: &Share, spectra_unknown: &[String]) -> String {
         names => format!(" (those of {} come without an error)", names.join(", ")),
     };
     format!(
-        "  in all, {recipe}: within {:.4} at {} um: {}\n  beside that: {apart}spectra {:.4}{unknown}, straight lines \
+        "  in all, {recipe}: within {:.4} at {} um: {}\n  beside that: {apart}{facets}spectra {:.4}{unknown}, straight lines \
          between bands {:.4}\n",
         share.total,
         share.wavelength_um,

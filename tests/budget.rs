@@ -140,6 +140,7 @@ fn the_total_is_the_sum_of_its_parts() {
             assert_eq!([share.packings.is_some(), share.rim.is_some()], [drawn; 2]);
             // What is not measured is told beside the total.
             assert_eq!(share.apart.is_some(), origin == Origin::DrawnApart);
+            assert_eq!(share.facets.is_some(), drawn);
             if let Some(by_cells) = by_cells.filter(|_| share.wavelength_um == 9.0) {
                 let by_spread = e.spread.map_or(0.0, |_| quantile_95(3) * e.standard_error);
                 let least = by_cells.max(by_spread).max(share.rays);

@@ -1,0 +1,56 @@
+"""What facets of grains and of fines are worth, in beds that lie already.
+
+python3 scripts/facets.py SOILSIG PACKINGS
+
+Drops the shipped bare and sparse beds, puts grains (bare) and fines (sparse) of the same seeds with
+fewer or more ribs in their places, and traces them again by the same paths. The beds are neither
+settled nor checked anew. Prints a table of docs/geometry.md. Needs nothing but Python's own
+library.
+"""
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+from packings import BANDS_UM, Bed, mean_and_error, row
+
+# Scene, what of it is exchanged, its own number of ribs and the others.
+EXCHANGES = (("bare", "grains", 2, (0, 1)), ("sparse", "fines", 1, (0, 2)))
+
+
+def main(soilsig, packings):
+    with tempfile.TemporaryDirectory() as folder:
+        bed = Bed(soilsig, Path(folder))
+        row("ribs of", "own", "in their place", *(f"change at {um:g} um" for um in BANDS_UM))
+        row(*["---"] * (3 + len(BANDS_UM)))
+        for name, classes, own, others in EXCHANGES:
+            scene = json.loads(Path(f"scenes/{name}.json").read_text())
+            beds = bed.drop(scene, int(packings))
+            before = [bed.emissivity(path) for path in beds]
+            for ribs in others:
+                for entry in scene["geometry"]["packing"][classes]:
+                    entry["ribs"] = ribs
+                after = [
+                    bed.emissivity(path, prototypes_of(other))
+                    for path, other in zip(beds, bed.drop(scene, int(packings)))
+                ]
+                cells = []
+                for old, new in zip(zip(*before), zip(*after)):
+                    mean, error = mean_and_error([b - a for a, b in zip(old, new)])
+                    cells.append(f"{mean:+.4f} +- {error:.4f}")
+                row(f"{classes} ({name})", str(own), str(ribs), *cells)
+
+
+def prototypes_of(other):
+    """Takes the prototypes of another bed, which have the same names."""
+
+    def change(placed):
+        for prototype in placed["prototypes"]:
+            prototype["file"] = str(other.parent / prototype["file"])
+
+    return change
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
