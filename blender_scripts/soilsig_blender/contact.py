@@ -16,7 +16,7 @@ _FINE_MARGIN = 0.125
 # fines come to another grain or to the tray that are parts of a grain's body (both shares of the
 # mean diameter); for how many frames the grains are to rest. Fines cost time by their number, each
 # in every frame and as much as in a dozen frames when it becomes a part.
-_ROUNDS = ((0.025, 0.1, 1), (0.004, 0.05, 3))
+_ROUNDS = ((0.025, 0.13, 1), (0.004, 0.05, 3))
 # Nothing moves fast without inertia, so that fewer steps do: this share of those of the fall.
 _STEPS_SHARE = 1 / 6
 
