@@ -31,11 +31,15 @@ def planned(soilsig, scene, out, tolerance):
     record = json.loads(run.stdout)
     with open(out / "signature.csv") as file:
         bands = list(csv.DictReader(file))
-    # What the pilot made that is not part of the result: beds whose fines were kept apart.
+    # What the pilots made that is no part of the result: beds whose fines were kept apart or that
+    # were deeper, and the search for the depth.
     (reached,) = record["reached"].values()
     spent = sum(stage["seconds"] for stage in record["stages"] if not stage["cached"])
-    drops = [s for s in record["stages"] if s["name"].startswith("pilot ")]
-    lost = drops[:2] if reached["plan"]["touching"] else []
+    stages, plan = record["stages"], reached["plan"]
+    names = [stage["name"] for stage in stages]
+    end = names.index("pilot depth") + 1 if "pilot depth" in names else 0
+    start = 0 if plan["touching"] or "depth" in plan else max(end - 1, 0)
+    lost = stages[start:end]
     return {
         "tolerance": tolerance,
         "emissivity": [float(band["emissivity"]) for band in bands],

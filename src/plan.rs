@@ -15,9 +15,13 @@ use crate::signature::Band;
 /// Packings of a pilot, whose spread tells how many a tolerance takes.
 pub const PILOT: usize = 6;
 
+/// Packings of a larger pilot, asked where the first says that more than twice its own are wanted: by the spread of six packings
+/// the mean takes half as many again as by that of two dozen, whose quantile is the nearer to that of the normal distribution.
+const LARGER_PILOT: usize = 24;
+
 /// What a bed whose fines touch costs, in beds dropped as hulls, start of Blender and tracing included (docs/performance.md).
 /// Fixed, so that a plan does not depend on the machine.
-const COST: f64 = 10.0;
+const COST: f64 = 3.0;
 
 /// How many packings a tolerance takes, by a pilot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -46,13 +50,19 @@ impl Plan {
     /// A plan from a pilot and its budget. Where fines have to touch it is preliminary: the packings that touch have a
     /// pilot of their own.
     ///
-    /// By Stein's two stages (Ann. Math. Statist. 16, 243 (1945)): with the quantile of the pilot's own degrees of
+    /// `pilot` is how many packings it has. By Stein's two stages (Ann. Math. Statist. 16, 243 (1945)): with the quantile of the pilot's own degrees of
     /// freedom the mean of that many packings is within the tolerance at 95 %, however the pilot's spread came out. An
     /// interval from the spread of all packings, as results have it, may be a little wider or narrower.
     ///
     /// `left_out` is what grains that were left out change. As a rule a black and a white floor below the rest change more:
     /// then it is in their share.
-    pub fn new(bands: &[Band], budget: &Budget, tolerance: f64, left_out: f64) -> Self {
+    pub fn new(
+        pilot: usize,
+        bands: &[Band],
+        budget: &Budget,
+        tolerance: f64,
+        left_out: f64,
+    ) -> Self {
         let takes = |apart: &dyn Fn(&Share) -> f64| {
             let most = bands
                 .iter()
@@ -61,14 +71,14 @@ impl Plan {
                     let below = share.floor.max(left_out);
                     let room = (tolerance - below - share.given_up - apart(share)).max(0.0);
                     let spread = band.emissivity.spread.unwrap_or(0.0);
-                    let packings = (quantile_95(PILOT) * spread / room).powi(2);
+                    let packings = (quantile_95(pilot) * spread / room).powi(2);
                     // No spread in no room.
                     (if packings.is_nan() { f64::INFINITY } else { packings }, band, share)
                 })
                 .max_by(|a, b| a.0.total_cmp(&b.0));
             most.expect("a pilot has bands")
         };
-        let whole = |packings: f64| (packings.ceil().min(1e9) as usize).max(PILOT);
+        let whole = |packings: f64| (packings.ceil().min(1e9) as usize).max(pilot);
         let as_they_are = takes(&|share| share.apart.unwrap_or(0.0));
         let touching = takes(&|_| 0.0);
         let keeps_apart = budget.bands.iter().any(|share| share.apart.is_some());
@@ -77,7 +87,7 @@ impl Plan {
         let (packings, band, share) = if touches { touching } else { as_they_are };
         let wanted = whole(packings);
         Self {
-            pilot: PILOT,
+            pilot,
             spread: band.emissivity.spread.unwrap_or(0.0),
             at_um: band.wavelength_um,
             apart: share.apart.unwrap_or(0.0),
@@ -86,6 +96,11 @@ impl Plan {
             packings: wanted.min(MOST),
             depth: None,
         }
+    }
+
+    /// The larger pilot that is to be asked before the packings are dropped.
+    pub fn larger_pilot(&self) -> Option<usize> {
+        (self.pilot < LARGER_PILOT && self.wanted > 2 * PILOT).then_some(LARGER_PILOT)
     }
 
     /// Packings that are not dropped yet: hulls of the pilot are no part of what touches.
@@ -114,7 +129,7 @@ mod tests {
         let bands = [Band { emissivity: Estimate::of(packings), ..Band::default() }];
         let share = Share { apart, ..Share::default() };
         let budget = Budget { bands: vec![share], spectra_unknown: Vec::new(), floor_effect: None };
-        Plan::new(&bands, &budget, tolerance, 0.0)
+        Plan::new(packings.len(), &bands, &budget, tolerance, 0.0)
     }
 
     /// Pilots and results of normally distributed packings.
@@ -134,13 +149,19 @@ mod tests {
                 }
             };
             drop(&mut packings, PILOT);
-            let planned = plan(&packings, None, 0.002);
+            let mut planned = plan(&packings, None, 0.002);
+            if let Some(pilot) = planned.larger_pilot() {
+                drop(&mut packings, pilot);
+                planned = plan(&packings, None, 0.002);
+            }
+            assert_eq!(planned.larger_pilot(), None);
             drop(&mut packings, planned.packings);
             held += u32::from(Estimate::of(&packings).mean.abs() <= 0.002);
         }
         let share = f64::from(held) / f64::from(runs);
-        // Two-sided 95 % of 4000 trials is +-.7 %; whole packings, and a pilot that is enough, make it hold more often.
-        assert!((0.943..0.97).contains(&share), "{share}");
+        // Two-sided 95 % of 4000 trials is +-.7 %. Where a small spread of the first pilot spares the larger one, half a per
+        // cent is lost; whole packings, and a pilot that is enough, make it hold more often.
+        assert!((0.938..0.97).contains(&share), "{share}");
     }
 
     #[test]
@@ -149,8 +170,8 @@ mod tests {
         let of = |tolerance| plan(&pilot, Some(0.006), tolerance);
         let loose = of(0.02);
         assert_eq!((loose.touching, loose.packings), (false, PILOT));
-        // A spread of .0014 in room of .0006 takes some 40 hulls, fewer than 6 beds that touch cost.
-        let narrow = of(0.0066);
+        // A spread of .0014 in room of .001 takes a dozen hulls, fewer than 6 beds that touch cost.
+        let narrow = of(0.00705);
         assert!(!narrow.touching && narrow.packings > PILOT, "{narrow:?}");
         let none = of(0.006);
         assert_eq!((none.touching, none.packings), (true, PILOT));

@@ -33,18 +33,6 @@ def reduced_hull(points, tolerance):
     return points[candidates[sorted(kept)]]
 
 
-class Reach:
-    """How far a convex hull reaches in many directions."""
-
-    def __init__(self, points):
-        self._directions = fibonacci(_DIRECTIONS)
-        self._reach = (points @ self._directions.T).max(axis=0)
-
-    def away(self, points):
-        """At least so far the points are outside the hull (negative inside)."""
-        return (points @ self._directions.T - self._reach).max(axis=1, initial=-np.inf)
-
-
 def _extreme(points, directions):
     """The point furthest out in each direction.
 

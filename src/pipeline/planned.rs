@@ -48,43 +48,40 @@ impl Run<'_> {
             let tables = run.trace(&mut beds)?;
             Ok::<_, Error>((beds, tables))
         };
-        let (mut beds, mut tables) = made(self, &scene, &packing)?;
-        let mut plan = plan_of(&tables, &packing, wavelengths_um, tolerance, 0.0)?;
-        let say = |plan: &Plan| eprintln!("plan: {}", words::plan(plan, tolerance));
-        say(&plan);
-        let depth = if plan.touching || plan.to_be_dropped() > FEW {
-            self.depth(&mut beds, &tables, &packing, &plan, wavelengths_um)?
-        } else {
-            None
-        };
-        if let Some(depth) = &depth {
-            packing = depth.of(&packing);
-        }
-        let left_out = depth.map_or(0.0, |depth| depth.change);
-        // Shallower beds have a pilot of their own, and so have those that touch.
-        let mut again = |run: &mut Self, packing: &Packing| {
-            run.call_pilot(begun);
+        let (mut depth, mut sought, mut touching) = (None, false, false);
+        loop {
+            let (mut beds, mut tables) = made(self, &scene, &packing)?;
+            let left_out = depth.map_or(0.0, |depth: Depth| depth.change);
+            let found = plan_of(&tables, &packing, wavelengths_um, tolerance, left_out)?;
+            let plan = Plan { depth, touching: touching || found.touching, ..found };
+            eprintln!("plan: {}", words::plan(&plan, tolerance));
+            // Those that touch have a pilot of their own, and so have shallower beds.
+            let mut anew = found.touching;
+            if !sought && (plan.touching || plan.to_be_dropped() > FEW) {
+                sought = true;
+                depth = self.depth(&mut beds, &tables, &packing, &plan, wavelengths_um)?;
+                if let Some(depth) = depth {
+                    packing = depth.of(&packing);
+                    anew = true;
+                }
+            }
+            if found.touching {
+                touching = true;
+                packing.drop.collision = Collision::HullThenFines;
+            }
             scene.geometry = SceneGeometry::Packing(packing.clone());
-            (beds, tables) = made(run, &scene, packing)?;
-            let plan = plan_of(&tables, packing, wavelengths_um, tolerance, left_out)?;
-            Ok::<_, Error>(Plan { depth, ..plan })
-        };
-        if depth.is_some() && !plan.touching {
-            plan = again(self, &packing)?;
-            say(&plan);
-        }
-        if plan.touching {
-            packing.drop.collision = Collision::HullThenFines;
-            plan = Plan { touching: true, ..again(self, &packing)? };
-            say(&plan);
-        }
-        if plan.packings > PILOT {
+            let pilot = if anew { Some(PILOT) } else { plan.larger_pilot() };
+            if pilot.is_none() && plan.packings == self.packings {
+                return Ok((beds, tables, plan));
+            }
+            // Those of a pilot that are part of what is dropped next come from the cache.
             self.call_pilot(begun);
-            // Those of the pilot come from the cache.
-            self.packings = plan.packings;
-            (beds, tables) = made(self, &scene, &packing)?;
+            self.packings = pilot.unwrap_or(plan.packings);
+            if pilot.is_none() {
+                (beds, tables) = made(self, &scene, &packing)?;
+                return Ok((beds, tables, plan));
+            }
         }
-        Ok((beds, tables, plan))
     }
 
     /// How many grains beds like those of a pilot need.
@@ -147,5 +144,5 @@ fn plan_of(
 ) -> Result<Plan, Error> {
     let bands = signature::evaluate(tables, um)?;
     let budget = Budget::new(tables, &bands, Origin::of(packing))?;
-    Ok(Plan::new(&bands, &budget, tolerance, left_out))
+    Ok(Plan::new(tables.len(), &bands, &budget, tolerance, left_out))
 }
