@@ -5,7 +5,7 @@ COVERAGE = sparse
 # What `make test` leaves out, where it cannot be had: blender, bpy, mitsuba, readers, window.
 WITHOUT =
 
-.PHONY: help run test lint setup bench intervals chart scale packings tolerances budgets stress clean
+.PHONY: help run test lint setup bench intervals chart scale packings tolerances budgets facets stress clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -62,7 +62,11 @@ tolerances: setup ## measure what planned runs cost and whether they hold (docs/
 
 budgets: setup ## count how often the error budget holds, on recipes drawn at random (docs/performance.md)
 	cargo build --release
-	python3 scripts/budget.py target/release/soilsig 40 out/budgets.csv
+	python3 scripts/budget.py target/release/soilsig 42 out/budgets.csv 3
+
+facets: setup ## measure what facets of grains and fines are worth, in beds that lie already (docs/geometry.md)
+	cargo build --release
+	python3 scripts/facets.py target/release/soilsig 8
 
 stress: setup ## drive the method to where it fails, and remake the atlas of docs/stability.md
 	cargo build --release

@@ -32,7 +32,8 @@ BUILTIN = ("quartz_fine", "quartz_medium", "quartz_coarse")
 DROP = {"substeps": 3, "iterations": 15}
 # Share of a tray's volume below the bed's surface that grains fill, walls and all.
 SOLID = 0.45
-REFUSED, NOT_REACHED = 16, 4
+# Fines find no seat, or the bed is refused.
+REFUSED, NOT_REACHED = (13, 16), 4
 
 
 def main(soilsig, recipes, out, seed="1"):
@@ -170,7 +171,7 @@ def run(soilsig, scene, packings, tolerance, out):
     what = ["--scene", file, "--packings", packings, "--tolerance", tolerance, "--out", out]
     command = [soilsig, "pipeline", *what, *GRID, "--no-cache", "--threads", 1]
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
-    if done.returncode == REFUSED:
+    if done.returncode in REFUSED:
         return None
     if done.returncode not in (0, NOT_REACHED):
         sys.exit(done.stderr)

@@ -58,6 +58,7 @@ def row(run, finest):
     return [
         f"{run['tolerance']:g}",
         str(plan["packings"]) + (", fines touch" if plan["touching"] else ""),
+        str(plan["depth"]["grains"]) if "depth" in plan else "all",
         f"{run['wall']:.0f}",
         f"{run['cpu']:.0f}",
         f"{100 * run['lost']:.0f} %",
@@ -73,6 +74,7 @@ def main(soilsig, scene, out, tolerances):
     heads = [
         "tolerance",
         "packings",
+        "grains",
         "wall, s",
         "CPU, s",
         "planning",
