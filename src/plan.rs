@@ -15,7 +15,7 @@ use crate::signature::Band;
 /// Packings of a pilot, whose spread tells how many a tolerance takes.
 pub const PILOT: usize = 6;
 
-/// Packings of a larger pilot, asked where the first says that more than twice its own are wanted: by the spread of six packings
+/// Most packings of a larger pilot, asked where the first says that more than twice its own are wanted: by the spread of six packings
 /// the mean takes half as many again as by that of two dozen, whose quantile is the nearer to that of the normal distribution.
 const LARGER_PILOT: usize = 24;
 
@@ -98,9 +98,9 @@ impl Plan {
         }
     }
 
-    /// The larger pilot that is to be asked before the packings are dropped.
+    /// Packings of the larger pilot that is to be asked before all are dropped.
     pub fn larger_pilot(&self) -> Option<usize> {
-        (self.pilot < LARGER_PILOT && self.wanted > 2 * PILOT).then_some(LARGER_PILOT)
+        (self.pilot == PILOT && self.wanted > 2 * PILOT).then(|| self.wanted.min(LARGER_PILOT))
     }
 
     /// Packings that are not dropped yet: hulls of the pilot are no part of what touches.
@@ -160,8 +160,8 @@ mod tests {
         }
         let share = f64::from(held) / f64::from(runs);
         // Two-sided 95 % of 4000 trials is +-.7 %. Where a small spread of the first pilot spares the larger one, half a per
-        // cent is lost; whole packings, and a pilot that is enough, make it hold more often.
-        assert!((0.938..0.97).contains(&share), "{share}");
+        // cent or a whole one is lost; whole packings, and a pilot that is enough, make it hold more often.
+        assert!((0.933..0.97).contains(&share), "{share}");
     }
 
     #[test]

@@ -124,10 +124,13 @@ fn a_pilot_tells_how_many_packings_the_tolerance_takes() {
     let record = planned(folder.path(), &blender, &dusted(folder.path(), 0, 6), "0.015");
     let reached = &record["reached"]["settled_patch"];
     let plan = &reached["plan"];
-    assert_eq!((&record["options"]["packings"], &plan["pilot"]), (&"auto".into(), &6.into()));
+    assert_eq!(record["options"]["packings"], "auto");
+    // Of six; where these say that more than twelve are wanted, of up to 24.
+    let pilot = plan["pilot"].as_u64().expect("a number");
+    assert!(pilot == 6 || (13..=24).contains(&pilot), "{plan}");
     let spread = plan["spread"].as_f64().expect("a number");
     // The floor and paths given up take some of the tolerance.
-    let least = (quantile_95(6) * spread / 0.015).powi(2).ceil();
+    let least = (quantile_95(pilot as usize) * spread / 0.015).powi(2).ceil().max(pilot as f64);
     let wanted = plan["wanted"].as_u64().expect("a number");
     assert!(wanted > 6 && (least..=1.5 * least + 1.0).contains(&(wanted as f64)), "{plan}");
     assert_eq!((&plan["packings"], &reached["packings"]), (&plan["wanted"], &plan["wanted"]));
