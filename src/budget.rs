@@ -79,8 +79,8 @@ impl Origin {
 /// (docs/geometry.md).
 const APART: f64 = 0.03;
 
-/// Grains of one rib fewer, and so of three quarters of the facets, reflect less by so much of their reflectance; fines of any
-/// other number of ribs change less (docs/geometry.md).
+/// Beds of grains with one rib fewer, and so three quarters of the facets, reflect less by up to so much of their reflectance;
+/// fines of another number of ribs change less (docs/geometry.md).
 const FACETS: f64 = 0.02;
 
 /// The budget of a result.

@@ -7,6 +7,7 @@ Reads a job from standard input, one JSON object:
     pixels        side of the film, which covers the sensor's view
     samples       paths through each pixel
     seeds         a render for each
+    threads       of Mitsuba; absent: as many as there are cores
     rr_depth      bounces after which Mitsuba may end paths by Russian roulette; absent: never
 
 Writes a line for each render: the mean over the film of the light of a sky of radiance 1, for each
@@ -19,6 +20,7 @@ import resource
 import sys
 import time
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 
@@ -34,6 +36,8 @@ def cpu_s():
 
 def main():
     job = json.load(sys.stdin)
+    if "threads" in job:
+        dr.set_thread_count(job["threads"])
     wanted = {key: job[key] for key in ("pixels", "samples", "rr_depth") if job.get(key)}
     # Or Mitsuba makes one of materials that are alike.
     scene = mi.load_file(job["scene"], optimize=False, **wanted)

@@ -39,7 +39,7 @@ pub fn write(python: &str, ours: &Ours, file: &str) -> Done<()> {
         eprintln!("measuring: {paths} paths");
         let repeats = chart::REPEATS as u64;
         let seeds = number * repeats..(number + 1) * repeats;
-        let renders = theirs(python, ours, &bands, &Film { pixels, samples: 1 }, seeds)?;
+        let renders = theirs(python, ours, &bands, &Film { pixels, samples: 1 }, seeds, None)?;
         let times = renders.cpu_s.iter().zip(&renders.wall_s);
         let run = |((cpu_s, wall_s), means): ((&f64, &f64), &Vec<f64>)| Run {
             took: Took { wall_s: wall_s * ALL_BY_SOME, cpu_s: cpu_s * ALL_BY_SOME },
