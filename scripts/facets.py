@@ -13,7 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from packings import BANDS_UM, Bed, mean_and_error, row
+from packings import BANDS_UM, Bed, differences, row
 
 # Scene, what of it is exchanged, its own number of ribs and the others.
 EXCHANGES = (("bare", "grains", 2, (0, 1)), ("sparse", "fines", 1, (0, 2)))
@@ -35,11 +35,7 @@ def main(soilsig, packings):
                     bed.emissivity(path, prototypes_of(other))
                     for path, other in zip(beds, bed.drop(scene, int(packings)))
                 ]
-                cells = []
-                for old, new in zip(zip(*before), zip(*after)):
-                    mean, error = mean_and_error([b - a for a, b in zip(old, new)])
-                    cells.append(f"{mean:+.4f} +- {error:.4f}")
-                row(f"{classes} ({name})", str(own), str(ribs), *cells)
+                row(f"{classes} ({name})", str(own), str(ribs), *differences(after, before))
 
 
 def prototypes_of(other):

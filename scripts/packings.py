@@ -78,6 +78,15 @@ def mean_and_error(values):
     return statistics.fmean(values), statistics.stdev(values) / math.sqrt(len(values))
 
 
+def differences(after, before):
+    """By band, the mean of what beds differ by and its standard error, as text."""
+    cells = []
+    for new, old in zip(zip(*after), zip(*before)):
+        mean, error = mean_and_error([a - b for a, b in zip(new, old)])
+        cells.append(f"{mean:+.4f} +- {error:.4f}")
+    return cells
+
+
 def spread_table(beds, bed):
     values = [bed.emissivity(path) for path in beds]
     row("band", "mean", "standard deviation", f"intervals of {GROUP} packings that hold the rest")
@@ -120,14 +129,8 @@ def rim_table(beds, bed):
     row("rim left out, um", *(f"at {um:g} um, less that of {widest}" for um in BANDS_UM))
     row("---", *["---"] * len(BANDS_UM))
     for rim in RIMS_UM:
-        cells = []
-        for i in range(len(BANDS_UM)):
-            if rim == widest:
-                cells.append("0")
-                continue
-            mean, error = mean_and_error([a[i] - b[i] for a, b in zip(values[rim], values[widest])])
-            cells.append(f"{mean:+.4f} +- {error:.4f}")
-        row(f"{rim}", *cells)
+        same = ["0"] * len(BANDS_UM)
+        row(f"{rim}", *(same if rim == widest else differences(values[rim], values[widest])))
     print()
 
 
@@ -157,11 +160,7 @@ def depth_table(beds, bed):
     row(*["---"] * (2 + len(BANDS_UM)))
     for depth in DEPTHS:
         cut = [bed.emissivity(path, without(depth)) for path in beds]
-        cells = []
-        for i in range(len(BANDS_UM)):
-            mean, error = mean_and_error([a[i] - b[i] for a, b in zip(cut, whole)])
-            cells.append(f"{mean:+.4f} +- {error:.4f}")
-        row(f"{depth:g}", f"{statistics.fmean(shares[depth]):.2f}", *cells)
+        row(f"{depth:g}", f"{statistics.fmean(shares[depth]):.2f}", *differences(cut, whole))
     print()
 
 
@@ -189,11 +188,7 @@ def dust_table(beds, bed):
     row(*["---"] * (2 + len(BANDS_UM)))
     for depth in DEPTHS:
         bare = [bed.emissivity(path, bare_below(depth)) for path in beds]
-        cells = []
-        for i in range(len(BANDS_UM)):
-            mean, error = mean_and_error([a[i] - b[i] for a, b in zip(bare, whole)])
-            cells.append(f"{mean:+.4f} +- {error:.4f}")
-        row(f"{depth:g}", f"{statistics.fmean(shares[depth]):.2f}", *cells)
+        row(f"{depth:g}", f"{statistics.fmean(shares[depth]):.2f}", *differences(bare, whole))
     print()
 
 

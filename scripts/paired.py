@@ -13,7 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from packings import BANDS_UM, Bed, mean_and_error, row
+from packings import BANDS_UM, Bed, differences, mean_and_error, row
 
 
 def main(soilsig, scene, packings, *changes):
@@ -26,11 +26,7 @@ def main(soilsig, scene, packings, *changes):
         row("none", *before[0], *(f"{mean_and_error(band)[0]:.4f}" for band in zip(*before[1])))
         for change in changes:
             after = measured(bed, changed(scene, change), packings)
-            cells = []
-            for old, new in zip(zip(*before[1]), zip(*after[1])):
-                mean, error = mean_and_error([b - a for a, b in zip(old, new)])
-                cells.append(f"{mean:+.4f} +- {error:.4f}")
-            row(f"`{change}`", *after[0], *cells)
+            row(f"`{change}`", *after[0], *differences(after[1], before[1]))
 
 
 def changed(scene, change):

@@ -1,8 +1,9 @@
 //! Where a result's uncertainty comes from, band by band, each part measured on the very beds of the result.
 //!
 //! What is drawn at random, rays and packings, makes an interval. What leaves a thing open, the floor and paths given up,
-//! is a bound, and so is of the rim what is beyond its standard error: bounds are added to the interval. What hulls that keep fines
-//! apart, the number of a grain's facets, their spectra and straight lines between bands bring is told beside: no bed makes these smaller.
+//! is a bound, and so is of the rim what is beyond its standard error: bounds are added to the interval. What hulls that
+//! keep fines apart, the number and the spectra of facets, and straight lines between bands bring is told beside: no bed makes
+//! these smaller.
 
 use std::fmt::Write as _;
 
