@@ -346,11 +346,15 @@ fn sum(counted: &[Counted]) -> u64 {
 }
 
 fn grouped(counts: &Counts) -> Vec<Counted> {
-    let mut list: Vec<(&State, u64)> = counts.iter().map(|(key, &count)| (key, count)).collect();
+    // By whole keys a state would be torn apart by those that it begins.
+    let mut list: Vec<(&[u16], u16, u64)> = Vec::with_capacity(counts.len());
+    for (key, &count) in counts {
+        let (&replicate, state) = key.split_last().expect("a key ends with its replicate");
+        list.push((state, replicate, count));
+    }
     list.sort_unstable();
     let mut groups: Vec<Counted> = Vec::new();
-    for (key, count) in list {
-        let (&replicate, state) = key.split_last().expect("a key ends with its replicate");
+    for (state, replicate, count) in list {
         match groups.last_mut() {
             Some((last, of)) if **last == *state => of.push((replicate, count)),
             _ => groups.push((state.into(), vec![(replicate, count)])),
@@ -429,6 +433,16 @@ mod tests {
 
     fn state(hits: &[u16]) -> State {
         hits.into()
+    }
+
+    /// The keys [1, 2, 5] of a state and [1, 2] of a shorter one are neighbours.
+    #[test]
+    fn states_that_others_begin_with_are_counted_whole() {
+        let keys: [&[u16]; 4] = [&[1, 1], &[1, 2, 5], &[1, 2], &[1, 3]];
+        let counts = keys.iter().map(|key| (state(key), 5)).collect();
+        let whole =
+            vec![(state(&[1]), vec![(1, 5), (2, 5), (3, 5)]), (state(&[1, 2]), vec![(5, 5)])];
+        assert_eq!(grouped(&counts), whole);
     }
 
     #[test]
