@@ -30,6 +30,7 @@ UM = np.round(np.arange(7.5, 12.005, 0.01), 2)
 PATHS = 8192
 PACKINGS = 16
 COSINES = 64
+SPECULAR = {"spectrum": {"fresnel": "quartz"}}
 
 
 class Measured:
@@ -244,12 +245,11 @@ def steps_table(work, beds, coarse):
         work.run("spectra", "convert", f"fresnel:{constants}", "--range", "7-14", "--out", spectrum)
         curve = work.curve(grey, "--spectrum", f"quartz={spectrum}")
         line("Lambertian, hemispherical mean", constants, curve.emissivity)
-    source = {"spectrum": {"fresnel": "quartz"}}
-    for what, material in (
-        ("Lambertian direction, by angle", dict(source, specular=0)),
-        ("specular", source),
+    for what, name, material in (
+        ("Lambertian direction, by angle", "by_angle", dict(SPECULAR, specular=0)),
+        ("specular", "specular", SPECULAR),
     ):
-        tables = work.trace(beds, "specular" if material is source else "by_angle", material)
+        tables = work.trace(beds, name, material)
         for constants in named:
             curve = work.curve(tables, "--spectrum", f"quartz=fresnel:{constants}")
             line(what, constants, curve.emissivity)
@@ -384,13 +384,12 @@ BEDS = {
 
 
 def modes_table(work, beds, others, measured):
-    """Pure beds of each fraction, by all three ways; returns the fresnel curve of coarse grains."""
+    """Pure beds of each fraction, by all three ways."""
     print("\n## RMS by mode, fraction and range, beds of one fraction alone\n")
     head("fraction", "facets", "sample", *(f"{a:g}-{b:g} um" for a, b in RANGES_UM), "valid bands")
     grey = work.trace(beds, "grey", {"spectrum": {"constant": 0.05}})
     other = work.trace(others, "grey", {"spectrum": {"constant": 0.05}})
-    specular = {"spectrum": {"fresnel": "quartz"}}
-    fresnel = work.curve(work.trace(beds, "specular", specular))
+    fresnel = work.curve(work.trace(beds, "specular", SPECULAR))
     for size, diameter_um in (("fine", 25), ("medium", 85), ("coarse", 300)):
         powder = f"quartz_{size}"
         by_mode = {
@@ -400,7 +399,7 @@ def modes_table(work, beds, others, measured):
             "fresnel": fresnel,
         }
         # The same bed in another size reflects alike; where it is opaque differs.
-        scaled = work.trace([resized(beds[0], diameter_um)], f"specular_{size}", specular)
+        scaled = work.trace([resized(beds[0], diameter_um)], f"specular_{size}", SPECULAR)
         valid = work.curve(scaled).valid
         for mode, curve in by_mode.items():
             for m in measured.get(size, []):
@@ -410,7 +409,6 @@ def modes_table(work, beds, others, measured):
             rms = [m.rms(fresnel.emissivity, r, valid) for r in RANGES_UM]
             cells = [f"{x:.4f}" if np.isfinite(x) else "none" for x in rms]
             row(size, "fresnel, valid bands alone", m.sample, *cells, share(valid))
-    return fresnel
 
 
 def share(valid):
@@ -515,7 +513,7 @@ def main():
     coarse, fine = measured.get("coarse", []), measured.get("fine", [])
     misses_table(steps_table(work, sand, coarse), coarse)
     beds_of = shapes_table(work, coarse)
-    fresnel = modes_table(work, sand, beds_of["grain_853"], measured)
+    modes_table(work, sand, beds_of["grain_853"], measured)
     out = work.folder / "powder.csv"
     pure = {}
     for size in ("fine", "coarse"):
@@ -532,7 +530,9 @@ def main():
         )
         pure[size] = np.genfromtxt(out, delimiter=",", skip_header=1)[:, 1]
     inversion_table(work, beds_of, pure)
-    chart(work, "fresnel_coarse", {"traced bed, fresnel": fresnel}, coarse)
+    beside = [text for m in coarse for text in ("--beside", m.path)]
+    tables = work.trace(sand, "specular", SPECULAR)
+    work.curve(tables, "--plot", work.folder / "fresnel_coarse.png", *beside)
     full = {f"traced, {mode}": curve for mode, curve in full_coverage(work, fine).items()}
     chart(work, "full_coverage", full, fine)
 

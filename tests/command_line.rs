@@ -4,9 +4,10 @@
 mod place;
 
 use std::fs;
+use std::path::Path;
 
 use place::{Place, shipped};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 impl Place {
     /// Runs and expects that exit status; returns standard output and standard error.
@@ -72,6 +73,70 @@ fn a_table_is_evaluated_with_other_spectra_without_tracing() {
     fs::write(place.path("mine.csv"), "8,0.2\n10,0.2\n").expect("written");
     assert!(level(&["--spectrum", "fine=mine.csv"]) < level(&["--spectrum", "fine=0.9"]));
     assert!(level(&["--spectrum", "fine=quartz_coarse"]) < level(&[]));
+}
+
+/// Whatever a table keeps of a path: order, zenith angle, cosines.
+#[test]
+fn a_table_of_any_kind_is_read_as_it_was_written() {
+    let place = Place::new();
+    let shipped = shipped("settled_patch.json");
+    let folder = Path::new(&shipped).parent().expect("a folder");
+    let mut patch: Value =
+        serde_json::from_slice(&fs::read(&shipped).expect("shipped")).expect("JSON");
+    for prototype in patch["geometry"]["placed"]["prototypes"].as_array_mut().expect("a list") {
+        let file = prototype["file"].as_str().expect("a file");
+        prototype["file"] = folder.join(file).display().to_string().into();
+    }
+    let warm = |scene: &mut Value| scene["materials"][0]["temperature_k"] = 310.into();
+    let by_zenith = |scene: &mut Value| {
+        let at = |zenith: i32, k: i32| json!({"zenith_deg": zenith, "temperature_k": k});
+        scene["sky_temperature_k"] = json!([at(0, 220), at(90, 280)]);
+    };
+    let fresnel = |scene: &mut Value| {
+        for material in scene["materials"].as_array_mut().expect("a list") {
+            material["spectrum"] = json!({"fresnel": "quartz"});
+        }
+    };
+    let kinds: [(&str, Vec<&dyn Fn(&mut Value)>); 5] = [
+        ("order", vec![&warm]),
+        ("zenith", vec![&by_zenith]),
+        ("cosines", vec![&fresnel]),
+        ("order and zenith", vec![&warm, &by_zenith]),
+        ("all", vec![&warm, &by_zenith, &fresnel]),
+    ];
+    for (kind, edits) in kinds {
+        let mut scene = patch.clone();
+        edits.iter().for_each(|edit| edit(&mut scene));
+        fs::write(place.path("scene.json"), scene.to_string()).expect("written");
+        let traced = place.run(&["trace", "scene.json", "--out", "t.json", "--paths", "4096"], 0);
+        let (csv, _) = place.run(&["signature", "t.json", "--range", "9-9"], 0);
+        assert_eq!(csv.lines().count(), 2, "{kind}: {traced:?}");
+    }
+}
+
+#[test]
+fn a_chart_shows_measured_spectra_beside_the_signature() {
+    let place = Place::new();
+    let args = ["trace", &shipped("settled_patch.json"), "--out", "t.json", "--paths", "2048"];
+    place.run(&args, 0);
+    fs::write(place.path("mine.csv"), "8,0.2\n10,0.3\n").expect("written");
+    let chart = |beside: &[&str]| {
+        let plot = ["signature", "t.json", "--out", "s.csv", "--plot", "s.svg"];
+        place.run(&[&plot, beside].concat(), 0);
+        fs::read_to_string(place.path("s.svg")).expect("written")
+    };
+    let (alone, both) = (chart(&[]), chart(&["--beside", "quartz_fine", "--beside", "mine.csv"]));
+    for shown in [">mine.csv</text>", ">quartz_fine</text>"] {
+        assert!(!alone.contains(shown) && both.contains(shown), "{shown}");
+    }
+    let err = place.refused(&["signature", "t.json", "--beside", "mine.csv"], 2);
+    assert!(err.contains("--plot"), "{err}");
+    let err = place.refused(
+        &["signature", "t.json", "--plot", "n.svg", "--beside", "mine.csv", "--range", "11-12"],
+        3,
+    );
+    assert!(err.contains("mine.csv holds 8-10 um"), "{err}");
+    assert!(!place.path("n.svg").exists());
 }
 
 #[test]

@@ -12,7 +12,7 @@ use soilsig::spectrum::Spectrum;
 use soilsig::table::Table;
 use soilsig::{plot, remarks, report, signature, words};
 
-use super::{Assumptions, Bands, ChartFormat, print, spectrum_source, usage};
+use super::{Assumptions, Bands, ChartFormat, print, spectra, spectrum_source, usage};
 
 /// Evaluates bounce tables: emissivity and radiance by band, without tracing again
 #[derive(clap::Args)]
@@ -26,6 +26,9 @@ pub struct Args {
     /// Chart to write as well: a .svg or .png file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// A spectrum for the chart to show beside the signature: a measured one's file, or a shipped one's name
+    #[arg(long, value_name = "SPECTRUM", requires = "plot")]
+    beside: Vec<String>,
     /// CSV file to write where the uncertainty comes from, band by band
     #[arg(long, value_name = "FILE")]
     budget: Option<PathBuf>,
@@ -51,6 +54,9 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Error> {
     let wavelengths_um = args.bands.grid().wavelengths_um();
     let format = args.plot.as_deref().map(ChartFormat::of);
+    let resolve = |text: &String| Spectrum::resolve(&spectrum_source(text), Path::new(""));
+    let beside = args.beside.iter().map(resolve).collect::<Result<Vec<_>, _>>()?;
+    let beside = spectra::drawn(&args.beside, &beside, Some(args.bands.grid().range_um()))?;
     let mut tables = Table::read_packings(&args.tables)?;
     let table = &mut tables[0];
     for given in &args.spectra {
@@ -100,11 +106,11 @@ pub fn run(args: &Args) -> Result<(), Error> {
     eprint!("{}", words::retrieval(&report::retrieval(&tables[0], &bands, assumed)));
     if let (Some(path), Some(format)) = (&args.plot, format) {
         let versions = BTreeMap::from([("soilsig".into(), env!("CARGO_PKG_VERSION").into())]);
-        let svg = plot::emissivity_svg(&report::chart(
-            &tables[0].scene,
-            &[(&tables, &bands)],
-            &versions,
-        ))?;
+        let mut chart = report::chart(&tables[0].scene, &[(&tables, &bands)], &versions);
+        chart.curves.extend(beside.curves);
+        chart.caption.extend(beside.caption);
+        chart.caption.extend(beside.credit);
+        let svg = plot::emissivity_svg(&chart)?;
         format.write(&svg, path)?;
     }
     Ok(())

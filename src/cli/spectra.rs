@@ -230,14 +230,39 @@ fn show(input: &Input) -> Result<(), Error> {
 
 fn chart(input: &Input, out: &Path) -> Result<(), Error> {
     let format = ChartFormat::of(out);
-    let mut curves = Vec::new();
-    let mut caption = Vec::new();
-    for spectrum in input.read(0.0)? {
-        let wavelength_um = wavelengths(&spectrum, input.range)?;
-        let emissivity = format::sampled(&spectrum, &wavelength_um)?;
+    let Drawn { curves, mut caption, credit } =
+        drawn(&input.spectra, &input.read(0.0)?, input.range)?;
+    caption.extend(credit);
+    let title = "Emissivity".into();
+    let hatched_um = Vec::new();
+    let svg =
+        plot::emissivity_svg(&Chart { title, caption, curves, mark_features: true, hatched_um })?;
+    format.write(&svg, out)
+}
+
+/// Spectra as a chart shows them.
+pub(super) struct Drawn {
+    pub curves: Vec<Curve>,
+    /// A line for each.
+    pub caption: Vec<String>,
+    /// What the library asks for, if one is of a library.
+    pub credit: Option<String>,
+}
+
+/// The curves of spectra, and of which words they were given by.
+pub(super) fn drawn(
+    given: &[String],
+    spectra: &[Spectrum],
+    range_um: Option<(f64, f64)>,
+) -> Result<Drawn, Error> {
+    let mut drawn = Drawn { curves: Vec::new(), caption: Vec::new(), credit: None };
+    for spectrum in spectra {
+        let wavelength_um = wavelengths(spectrum, range_um)?;
+        let emissivity = format::sampled(spectrum, &wavelength_um)?;
         let half_width = vec![0.0; emissivity.len()];
-        curves.push(Curve { label: spectrum.name().into(), wavelength_um, emissivity, half_width });
-        caption.push(match &spectrum {
+        let label = spectrum.name().into();
+        drawn.curves.push(Curve { label, wavelength_um, emissivity, half_width });
+        drawn.caption.push(match spectrum {
             Spectrum::Fresnel(..) => format!("{spectrum}: hemispherical emissivity of one facet."),
             _ => format!("{spectrum}."),
         });
@@ -246,18 +271,8 @@ fn chart(input: &Input, out: &Path) -> Result<(), Error> {
         SpectrumSource::File(path) => Format::of(&path).is_ok_and(|of| of == Format::Ecostress),
         _ => false,
     };
-    if input.spectra.iter().any(of_library) {
-        caption.push(format::ECOSTRESS_CREDIT.into());
-    }
-    let title = "Emissivity".into();
-    let svg = plot::emissivity_svg(&Chart {
-        title,
-        caption,
-        curves,
-        mark_features: true,
-        hatched_um: Vec::new(),
-    })?;
-    format.write(&svg, out)
+    drawn.credit = given.iter().any(of_library).then(|| format::ECOSTRESS_CREDIT.into());
+    Ok(drawn)
 }
 
 /// A file's own wavelengths within a range, else every 10 nm of it.
@@ -269,7 +284,10 @@ fn wavelengths(spectrum: &Spectrum, range: Option<(f64, f64)>) -> Result<Vec<f64
         range.unwrap_or_else(|| spectrum.range_um().map_or(Grid::PAPER.range_um(), Into::into));
     if let Spectrum::Tabulated(points) = spectrum {
         let within = |um: &f64| (from..=to).contains(um);
-        return Ok(points.wavelength_um.iter().copied().filter(within).collect());
+        let inside: Vec<f64> = points.wavelength_um.iter().copied().filter(within).collect();
+        if !inside.is_empty() {
+            return Ok(inside);
+        }
     }
     spectrum.covers([from, to])?;
     Ok(Grid::new(from, to, 0.01).unwrap_or_else(|problem| usage(&problem)).wavelengths_um())
