@@ -117,7 +117,7 @@ impl Budget {
             let of_cells = cells.as_deref().map(|cells| OfCells::new(cells, rho));
             // A few packings may agree by luck: the cells of their views know better. Both hold the noise of the rays.
             let by_spread = e.spread.map(|_| quantile_95(packings.len()) * e.standard_error);
-            let by_cells = of_cells.map(|of_cells| of_cells.half_width);
+            let by_cells = of_cells.map(|of_cells| of_cells.half_width());
             let drawn = by_spread.is_some() || by_cells.is_some();
             let chance = [by_spread, by_cells].into_iter().flatten().fold(rays, f64::max);
             let packings_alone = drawn.then(|| (chance * chance - rays * rays).max(0.0).sqrt());
@@ -196,8 +196,9 @@ const CELLS_ALL: usize = (CELLS * CELLS) as usize;
 /// What the cells of beds' views say.
 #[derive(Debug, Clone, Copy)]
 struct OfCells {
-    /// Of the 95 % interval of the mean over all cells, by their spread within each bed.
-    half_width: f64,
+    beds: usize,
+    /// Standard deviation of a bed's mean, by the spread between its cells.
+    spread: f64,
     rim: f64,
 }
 
@@ -218,8 +219,6 @@ impl OfCells {
             let inner: Vec<f64> = (0..cells.len()).filter(is_inner).map(|i| cells[i]).collect();
             differences.push(inner.iter().sum::<f64>() / inner.len() as f64 - mean);
         }
-        let standard_error = (variance / CELLS_ALL as f64 / n).sqrt();
-        let freedom = of_beds.len() * (CELLS_ALL - 1);
         let rim = Estimate::of(
             &differences
                 .iter()
@@ -232,10 +231,24 @@ impl OfCells {
                 .collect::<Vec<_>>(),
         );
         Self {
-            half_width: quantile_95(freedom + 1) * standard_error,
+            beds: beds.len(),
+            spread: (variance / CELLS_ALL as f64).sqrt(),
             rim: (rim.mean.abs() - rim.standard_error).max(0.0),
         }
     }
+
+    /// Of the 95 % interval of the mean over all cells.
+    fn half_width(&self) -> f64 {
+        let freedom = self.beds * (CELLS_ALL - 1);
+        quantile_95(freedom + 1) * self.spread / (self.beds as f64).sqrt()
+    }
+}
+
+/// Standard deviation that packings may have, by that between the cells within each of a few of them; `None` where the
+/// target does not fill the view.
+pub fn spread_by_cells(packings: &[Table], reflectance: &[f64]) -> Option<f64> {
+    let cells: Option<Vec<_>> = packings.iter().map(|table| table.cells.as_ref()).collect();
+    Some(OfCells::new(&cells?, reflectance).spread)
 }
 
 /// By how much a black and a white floor change the emissivity: what lies deeper than the bed is between them.
@@ -340,13 +353,14 @@ mod tests {
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-6, "{a} and {b}");
         let one = OfCells::new(&[&rim_and_middle()], &[0.5]);
         // Student's t of 15 degrees of freedom, of three beds of 45.
-        close(one.half_width, 2.131_45 * (0.0125_f64 / 16.0).sqrt());
+        close(one.half_width(), 2.131_45 * (0.0125_f64 / 16.0).sqrt());
         let by_chance = 0.75 * (0.0125_f64 / 3.0).sqrt();
         close(one.rim, 0.1875 - by_chance);
 
         let bed = rim_and_middle();
         let three = OfCells::new(&[&bed, &bed, &bed], &[0.5]);
-        close(three.half_width, 2.014_103 * (0.0125_f64 / 48.0).sqrt());
+        close(three.spread, one.spread);
+        close(three.half_width(), 2.014_103 * (0.0125_f64 / 48.0).sqrt());
         close(three.rim, 0.1875 - by_chance / 3.0_f64.sqrt());
     }
 
@@ -354,7 +368,7 @@ mod tests {
     #[test]
     fn cells_that_differ_without_a_rim_have_none() {
         let board = OfCells::new(&[&cells(|x, y| 1 + (x + y) % 2)], &[0.5]);
-        assert!(board.half_width > 0.06, "{}", board.half_width);
+        assert!(board.half_width() > 0.06, "{}", board.half_width());
         assert_eq!(board.rim, 0.0);
         // Beds whose rims differ in sign have none in common.
         let other = cells(|x, y| if (1..3).contains(&x) && (1..3).contains(&y) { 2 } else { 1 });

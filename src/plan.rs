@@ -15,6 +15,10 @@ use crate::signature::Band;
 /// Packings of a pilot, whose spread tells how many a tolerance takes.
 pub const PILOT: usize = 6;
 
+/// Packings that are looked at before a pilot where hulls may keep fines apart: they tell whether the pilot had better touch,
+/// while they are all that is lost.
+pub const LOOK: usize = 2;
+
 /// Most packings of a larger pilot, asked where the first says that more than twice its own are wanted: by the spread of six packings
 /// the mean takes half as many again as by that of two dozen, whose quantile is the nearer to that of the normal distribution.
 const LARGER_PILOT: usize = 24;

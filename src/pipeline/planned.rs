@@ -1,17 +1,18 @@
 //! A planned run: a pilot, and what it tells.
 
+use std::ops::Range;
 use std::path::Path;
 
 use rayon::prelude::*;
 
 use super::results::{program, ready};
 use super::{Bed, Run};
-use crate::budget::{Budget, Origin};
+use crate::budget::{self, Budget, Origin};
 use crate::depth::{self, Depth};
 use crate::error::Error;
 use crate::library::Library;
 use crate::output::{self, OutputError};
-use crate::plan::{PILOT, Plan};
+use crate::plan::{LOOK, PILOT, Plan};
 use crate::progress::Step;
 use crate::scene::{Collision, Packing, Scene, SceneGeometry};
 use crate::signature;
@@ -49,11 +50,22 @@ impl Run<'_> {
             Ok::<_, Error>((beds, tables))
         };
         let (mut depth, mut sought, mut touching) = (None, false, false);
+        let mut most = 0;
+        let mut looking = Origin::of(&packing) == Origin::DrawnApart;
+        if looking {
+            self.packings = LOOK;
+        }
         loop {
             let (mut beds, mut tables) = made(self, &scene, &packing)?;
             let left_out = depth.map_or(0.0, |depth: Depth| depth.change);
             let found = plan_of(&tables, &packing, wavelengths_um, tolerance, left_out)?;
             let plan = Plan { depth, touching: touching || found.touching, ..found };
+            // Where many are wanted, a pilot of hulls costs little beside them and tells more.
+            if std::mem::take(&mut looking) && !(plan.touching && plan.wanted <= FEW) {
+                self.call_pilot(begun);
+                self.packings = PILOT;
+                continue;
+            }
             eprintln!("plan: {}", words::plan(&plan, tolerance));
             // Those that touch have a pilot of their own, and so have shallower beds.
             let mut anew = found.touching;
@@ -71,7 +83,9 @@ impl Run<'_> {
             }
             scene.geometry = SceneGeometry::Packing(packing.clone());
             let pilot = if anew { Some(PILOT) } else { plan.larger_pilot() };
+            most = most.max(self.packings);
             if pilot.is_none() && plan.packings == self.packings {
+                self.forget_packings(self.packings..most)?;
                 return Ok((beds, tables, plan));
             }
             // Those of a pilot that are part of what is dropped next come from the cache.
@@ -79,9 +93,25 @@ impl Run<'_> {
             self.packings = pilot.unwrap_or(plan.packings);
             if pilot.is_none() {
                 (beds, tables) = made(self, &scene, &packing)?;
+                self.forget_packings(self.packings..most)?;
                 return Ok((beds, tables, plan));
             }
         }
+    }
+
+    /// Removes what a larger pilot of other beds left.
+    fn forget_packings(&mut self, packings: Range<usize>) -> Result<(), Error> {
+        for packing in packings {
+            let folder = self.key(&self.of_packing(packing, ""));
+            let of_packing = |file: &String| file.starts_with(&folder);
+            let files: Vec<String> =
+                self.record.outputs.keys().filter(|file| of_packing(file)).cloned().collect();
+            for file in files {
+                output::remove(&self.out.join(&file))?;
+                self.record.outputs.remove(&file);
+            }
+        }
+        Ok(())
     }
 
     /// How many grains beds like those of a pilot need.
@@ -134,7 +164,8 @@ impl Run<'_> {
 /// Name of its result in the cache.
 const DEPTH: &str = "depth.json";
 
-/// The plan by a pilot; grains that were left out of it change so much.
+/// The plan by a pilot, or by fewer packings, of which the cells of their views tell what a pilot would differ by; grains that
+/// were left out change so much.
 fn plan_of(
     tables: &[Table],
     packing: &Packing,
@@ -142,7 +173,13 @@ fn plan_of(
     tolerance: f64,
     left_out: f64,
 ) -> Result<Plan, Error> {
-    let bands = signature::evaluate(tables, um)?;
+    let mut bands = signature::evaluate(tables, um)?;
     let budget = Budget::new(tables, &bands, Origin::of(packing))?;
-    Ok(Plan::new(tables.len(), &bands, &budget, tolerance, left_out))
+    if tables.len() < PILOT {
+        for (band, rho) in bands.iter_mut().zip(tables[0].reflectances(um)?) {
+            band.emissivity.spread = budget::spread_by_cells(tables, &rho);
+        }
+    }
+    let plan = Plan::new(tables.len().max(PILOT), &bands, &budget, tolerance, left_out);
+    Ok(Plan { pilot: tables.len(), ..plan })
 }
