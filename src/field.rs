@@ -75,8 +75,16 @@ enum Exit {
 
 impl Field {
     /// The bed within sides, which need not be those of its domain.
+    ///
+    /// # Panics
+    /// If they make a field that the bed is too few of the particles of ([`patches`]).
     pub(crate) fn new(bed: &Bed, sides: Sides) -> Self {
-        let domain = Domain { sides, ..bed.domain.clone() };
+        let mut domain = Domain { sides, ..bed.domain.clone() };
+        if let Sides::Field { particles, .. } = sides
+            && sides != bed.domain.sides
+        {
+            domain.patches = patches(bed, particles).expect("a field that is not too large");
+        }
         let size = domain.max_um - domain.min_um;
         let joined = matches!(domain.sides, Sides::Open | Sides::Mirror);
         let (min, max) = (domain.min_um, domain.max_um);

@@ -6,11 +6,14 @@ mod scenes;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use soilsig::course::{Course, Facet};
 use soilsig::in_field::InField;
-use soilsig::ingest;
+use soilsig::random::{Purpose, Sampler};
 use soilsig::scene::{Scene, Sides};
-use soilsig::signature;
 use soilsig::table::Table;
+use soilsig::tally::Kept;
+use soilsig::tracer::Tracer;
+use soilsig::{ingest, signature, trace};
 use tempfile::TempDir;
 
 /// A scene of an .obj file with materials m0, m1, ... of the given emissivities.
@@ -78,6 +81,33 @@ fn a_field_of_a_plate_has_the_emissivity_of_the_plate() {
     assert_eq!((field.patches, field.particles), ([816, 1226], 816 * 1226));
     let alone = field.alone.expect("compared");
     assert!(alone.periodic.same && alone.mirror.same);
+}
+
+/// The chart puts other sides around a bed that is loaded already.
+#[test]
+fn a_bed_within_a_fields_sides_is_that_field() {
+    let sides = Sides::Field { particles: 1e5, seed: 3 };
+    let keys = [r#""mirror""#, r#"{"field": {"particles": 1e5, "seed": 3}}"#];
+    let [of_mirrors, field] = keys.map(|keys| {
+        let block = block(120.0, 90.0, 200.0);
+        let (_folder, path) =
+            scene(&block, &at(60.0, 130.0), &domain([300.0, 260.0], keys), &[0.3, 0.6]);
+        let scene = Scene::read(&path).expect("a scene");
+        trace::tracer(&scene, &path).expect("a bed")
+    });
+    let course = Course {
+        kept: Kept::PLAIN,
+        facets: vec![Facet::LAMBERTIAN; 2],
+        sampler: Sampler::Even,
+        most_hits: 128,
+        greatest: vec![1.0; 2],
+        least_weight: 0.0,
+    };
+    let tally = |tracer: &Tracer| {
+        tracer.trace(&course, 1, Purpose::Result, 0..4096, &|_| ()).expect("traced")
+    };
+    assert_eq!(tally(&of_mirrors.within(sides)), tally(&field));
+    assert_ne!(tally(&of_mirrors), tally(&field));
 }
 
 #[test]

@@ -3,10 +3,11 @@
 //!
 //! What counts is CPU seconds times the square of the standard error. For independent paths it does not depend on how many
 //! there are; for evenly spread ones it falls the more there are. So both are compared at two levels of about the same
-//! standard error: that of some thousand of Mitsuba's paths, and of a hundred thousand. Reading meshes and building trees
-//! count for neither side. Of Mitsuba a few groups of bands are rendered, and all 651 take as many times as long as there are
-//! groups of four, though a render gives three: so whatever a render of four bands would take, it is not slower here. It
-//! ends paths by Russian roulette as it does by default; without, it takes about twice as long.
+//! standard error: that of some thousand of Mitsuba's paths, and of a hundred thousand. At a third level, of millions of
+//! Mitsuba's paths, ours alone run: beside them stands Mitsuba's cost of the first. Reading meshes and building trees count for
+//! neither side. Of Mitsuba a few groups of bands are rendered, and all 651 take as many times as long as there are groups of
+//! four, though a render gives three: so whatever a render of four bands would take, it is not slower here. It ends paths by
+//! Russian roulette as it does by default; without, it takes about twice as long.
 //!
 //! With a file as the fourth argument Mitsuba's points in the chart of the scene are written to it (`points`).
 
@@ -33,10 +34,11 @@ use soilsig::tracer::Tracer;
 /// Runs of each, in turns.
 const RUNS: u64 = 5;
 /// Half-width of the reference.
-const REFERENCE_TOLERANCE: f64 = 0.0003;
-const LEVELS: [Level; 2] = [
-    Level { film: Film { pixels: 64, samples: 2 }, seeds: 32, tolerance: 0.006 },
-    Level { film: Film { pixels: 256, samples: 2 }, seeds: 12, tolerance: 0.0014 },
+const REFERENCE_TOLERANCE: f64 = 0.0002;
+const LEVELS: [Level; 3] = [
+    Level { film: Some(Film { pixels: 64, samples: 2 }), seeds: 32, tolerance: 0.006 },
+    Level { film: Some(Film { pixels: 256, samples: 2 }), seeds: 12, tolerance: 0.0014 },
+    Level { film: None, seeds: 0, tolerance: 0.0005 },
 ];
 /// Groups of four that 651 bands make.
 const GROUPS: f64 = 163.0;
@@ -80,7 +82,7 @@ impl Ours {
         let target = Target::of(tolerance);
         let watch = Watch { progress: &|_, _| (), keep: &|_| Ok(()) };
         let started_s = cpu_s();
-        let course = self.course().ending_below(target.least_weight(), bands);
+        let course = self.course().ending_below(target.least_weight, bands);
         let traced = stop::trace(&self.tracer, &course, seed, bands, target, None, &watch)?;
         let histogram = Histogram::of(&traced.tally);
         let means = asked.iter().map(|rho| histogram.weight(rho)).collect();
@@ -119,7 +121,8 @@ fn open(scene: &str, to: &str) -> Done<()> {
 
 /// What both are asked for.
 struct Level {
-    film: Film,
+    /// `None` where Mitsuba is not asked.
+    film: Option<Film>,
     /// Renders of Mitsuba in each run: their spread is its standard error.
     seeds: u64,
     /// Half-width of ours, which makes about Mitsuba's standard error.
@@ -130,6 +133,12 @@ struct Level {
 struct Film {
     pixels: u64,
     samples: u64,
+}
+
+impl Film {
+    fn paths(&self) -> u64 {
+        self.pixels.pow(2) * self.samples
+    }
 }
 
 /// What Mitsuba's renders gave: seconds of each, means by render and band, peak memory in MB.
@@ -258,6 +267,7 @@ fn costs(python: &str, ours: &Ours) -> Done<()> {
     let all = ours.bands(&Grid::PAPER.wavelengths_um())?;
     // Mitsuba gives three bands whatever is asked.
     let thrice = vec![one[0].clone(); 3];
+    let mut at_first: Vec<Row> = Vec::new();
     for (number, level) in (0..).zip(&LEVELS) {
         let rows = [
             (
@@ -266,22 +276,34 @@ fn costs(python: &str, ours: &Ours) -> Done<()> {
             ),
             ("one", Bands { traced: &one, looked_at: &one, rendered: &thrice, renders: 1.0 }),
         ];
-        for (name, bands) in rows {
+        for (i, (name, bands)) in rows.into_iter().enumerate() {
             let exact =
                 if bands.looked_at.len() > 1 { &exact[..some.len()] } else { &exact[some.len()..] };
             let row = row(python, ours, level, number, &bands, exact)?;
+            let their_costs =
+                if row.costs[1].is_empty() { &at_first[i] } else { &row }.costs[1].clone();
+            let rms = |values: &[f64]| match values {
+                [] => "-".to_owned(),
+                some => format!("{:.5}", root_mean_square(some.iter().copied())),
+            };
             their_peak_mb = their_peak_mb.max(row.peak_memory_mb);
             println!(
-                "| {} | {name} | {:.5} | {:.5} | {} | {} | {} | {:.5} | {:.5} |",
-                level.film.pixels.pow(2) * level.film.samples,
-                root_mean_square(row.errors[0].iter().copied()),
-                root_mean_square(row.errors[1].iter().copied()),
+                "| {} | {name} | {} | {} | {} | {} | {} | {} | {} |",
+                level
+                    .film
+                    .as_ref()
+                    .map_or("(first level's)".into(), |film| film.paths().to_string()),
+                rms(&row.errors[0]),
+                rms(&row.errors[1]),
                 median(row.costs[0].clone()),
-                median(row.costs[1].clone()),
-                median(row.costs[1].iter().zip(&row.costs[0]).map(|(m, o)| m / o).collect()),
-                root_mean_square(row.off[0].iter().copied()),
-                root_mean_square(row.off[1].iter().copied()),
+                median(their_costs.clone()),
+                median(their_costs.iter().zip(&row.costs[0]).map(|(m, o)| m / o).collect()),
+                rms(&row.off[0]),
+                rms(&row.off[1]),
             );
+            if number == 0 {
+                at_first.push(row);
+            }
         }
     }
     println!("\npeak memory, MB: ours {:.0}, Mitsuba {their_peak_mb:.0}", peak_memory_mb()?);
@@ -325,9 +347,10 @@ fn row(
         row.errors[0].push(variance.sqrt());
         row.costs[0].push(cpu_s * variance);
         row.off[0].extend(means.iter().zip(exact).map(|(mean, exact)| mean.mean - exact.mean));
+        let Some(film) = &level.film else { continue };
         let first = (10 * number + run) * 100 + 50 * (bands.looked_at.len() as u64 % 2);
         let seeds = first..first + level.seeds;
-        let renders = theirs(python, ours, bands.rendered, &level.film, seeds, Some(1))?;
+        let renders = theirs(python, ours, bands.rendered, film, seeds, Some(1))?;
         let (cpu_s, variances) = cost(&renders);
         let variance = mean(variances.into_iter());
         row.errors[1].push(variance.sqrt());

@@ -23,10 +23,10 @@ use crate::trace;
 /// Half-width to which the rays of each bed are traced: little against what beds differ by.
 const RAYS: f64 = 0.004;
 /// Beds of the reference.
-const REFERENCE: usize = 24;
+const REFERENCE: usize = 48;
 /// Seeds of the reference lie beyond those of the settings.
 const REFERENCE_SEED: u64 = 1 << 40;
-/// The most packings of which a mean is charted, as given and of levels that are cheap.
+/// The most packings of which a mean is charted: as given and of fines that touch, and of levels that are cheap.
 const MOST: usize = 8;
 const MOST_OF_LEVEL: usize = 4;
 
@@ -122,7 +122,7 @@ pub fn packings(
         ("fewest facets of grains", fewest, |packing| {
             packing.grains.iter_mut().for_each(|class| class.ribs = Some(0));
         }),
-        ("fines touch", fewest, |packing| packing.drop.collision = Collision::HullThenFines),
+        ("fines touch", many(MOST), |packing| packing.drop.collision = Collision::HullThenFines),
     ];
     for (level, beds, edit) in levels {
         told(level);
@@ -141,16 +141,8 @@ pub fn packings(
     let bare = maker.pool(scene, packing, path, many(MOST_OF_LEVEL), packing.seed, &bare)?;
     let grains: Vec<usize> =
         packing.grains.iter().filter_map(|class| scene.material_index(&class.material)).collect();
-    let mixed: Vec<Vec<f64>> = bands
-        .iter()
-        .map(|rho| {
-            let mix: f64 = share.iter().zip(rho).map(|(share, rho)| share * rho).sum();
-            let of = |(material, rho): (usize, &f64)| {
-                if grains.contains(&material) { mix } else { *rho }
-            };
-            rho.iter().enumerate().map(of).collect()
-        })
-        .collect();
+    let cosines = usize::from(truth.tables[0].histogram.kept.cosines);
+    let mixed: Vec<_> = bands.iter().map(|rho| mixed(rho, cosines, &share, &grains)).collect();
     put("fines as an areal mixture", &bare, &mixed);
     Ok(Trade { scene: scene.name.clone(), reference, settings })
 }
@@ -168,6 +160,16 @@ fn silhouette(table: &Table) -> Vec<f64> {
             table.coverage.values().map(of).sum::<f64>() / prototypes
         })
         .collect()
+}
+
+/// Reflectances, of so many bins of cosines for each material, with those of grains mixed by shares of the materials.
+fn mixed(rho: &[f64], cosines: usize, share: &[f64], grains: &[usize]) -> Vec<f64> {
+    let of = |symbol: usize| {
+        let of_materials = rho.iter().skip(symbol % cosines).step_by(cosines);
+        share.iter().zip(of_materials).map(|(share, rho)| share * rho).sum()
+    };
+    let is_grain = |symbol: usize| grains.contains(&(symbol / cosines));
+    (0..rho.len()).map(|i| if is_grain(i) { of(i) } else { rho[i] }).collect()
 }
 
 /// As many times the area of the tray within its rim, and of the grains.
@@ -239,5 +241,17 @@ impl Maker<'_> {
         let tracer = trace::tracer(&placed, bed)?;
         let materials = trace::materials(&placed, path)?;
         trace::trace_with(&tracer, &placed, bed, materials, self.grid, Target::of(RAYS))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_areal_mixture_is_of_the_same_cosines() {
+        let share = [0.25, 0.75];
+        assert_eq!(mixed(&[0.5, 1.0], 1, &share, &[1]), [0.5, 0.875]);
+        assert_eq!(mixed(&[0.5, 0.0, 1.0, 0.5], 2, &share, &[0]), [0.875, 0.375, 1.0, 0.5]);
     }
 }

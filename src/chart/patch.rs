@@ -5,6 +5,7 @@ use std::path::Path;
 use super::{REPEATS, Reference, Run, Setting, Trade, timed};
 use crate::course::Course;
 use crate::error::Error;
+use crate::field;
 use crate::histogram::Histogram;
 use crate::random::{Purpose, Sampler};
 use crate::scene::{Scene, Sides};
@@ -87,7 +88,9 @@ pub fn patch(
         ("field of 1e9 particles", Sides::Field { particles: 1e9, seed: 0 }),
         ("open sides", Sides::Open),
     ] {
-        if sides != own {
+        let too_large = matches!(sides, Sides::Field { particles, .. }
+            if field::patches(tracer.bed(), particles).is_none());
+        if sides != own && !too_large {
             levels.push(beside(name, sides));
         }
     }
@@ -97,7 +100,7 @@ pub fn patch(
         let within = level.sides.map(|sides| tracer.within(sides));
         let tracer = within.as_ref().unwrap_or(&tracer);
         let mut course =
-            patch.course.clone().ending_below(Target::of(TOLERANCE).least_weight(), &patch.bands);
+            patch.course.clone().ending_below(Target::of(TOLERANCE).least_weight, &patch.bands);
         (level.course)(&mut course);
         for &paths in &level.paths {
             let runs = repeated(|seed| patch.traced(tracer, &course, seed, paths))?;
@@ -111,7 +114,7 @@ pub fn patch(
     }
     told("spectral step");
     let course =
-        patch.course.clone().ending_below(Target::of(TOLERANCE).least_weight(), &patch.bands);
+        patch.course.clone().ending_below(Target::of(TOLERANCE).least_weight, &patch.bands);
     for stride in [2, 5, 10, 20, 50] {
         let runs = repeated(|seed| {
             let histogram = histogram(&tracer, &course, seed, STEP_PATHS)?;
