@@ -207,22 +207,20 @@ impl Histogram {
         let symbols = kept.symbols(materials);
         let sound = |hits: &[u16]| {
             if kept.lists() {
-                !hits.is_empty() && hits.iter().all(|&symbol| usize::from(symbol) < symbols)
+                hits.iter().all(|&symbol| usize::from(symbol) < symbols)
             } else {
                 hits.len() == materials
             }
         };
-        for (state, counts) in self.escaped.iter().chain(&self.trapped) {
+        for (_, counts) in self.escaped.iter().chain(&self.trapped) {
             if counts.iter().any(|(group, _)| usize::from(*group) >= groups) {
                 return Err(format!("a replicate or cell is not within 0 to {}", groups - 1));
             }
-            if state.is_empty() {
-                return Err("a state is empty".into());
-            }
         }
+        // A path may be given up before its first hit, and reaches no sky before it.
         let escaped = self.escaped.iter().all(|(state, _)| {
             let (hits, bin) = kept.split(state);
-            sound(hits) && bin < kept.zeniths.into()
+            !hits.is_empty() && sound(hits) && bin < kept.zeniths.into()
         });
         if !escaped || !self.trapped.iter().all(|(state, _)| sound(state)) {
             return Err("a state does not fit the materials and what is kept of a path".into());
@@ -433,6 +431,22 @@ mod tests {
 
     fn state(hits: &[u16]) -> State {
         hits.into()
+    }
+
+    #[test]
+    fn a_path_may_be_given_up_before_its_first_hit_and_reach_no_sky_from_nowhere() {
+        let kept = Kept { order: true, ..Kept::PLAIN };
+        let nowhere = vec![(state(&[]), vec![(0, PARTS)])];
+        let of = |escaped: Vec<Counted>, trapped: Vec<Counted>| Histogram {
+            kept,
+            parts: PARTS,
+            escaped,
+            trapped,
+        };
+        let given_up = of(Vec::new(), nowhere.clone());
+        assert_eq!(given_up.check(1, 32), Ok(()));
+        assert_eq!(given_up.weight(&[0.5]).mean, 0.5);
+        assert!(of(nowhere, Vec::new()).check(1, 32).is_err());
     }
 
     /// The keys [1, 2, 5] of a state and [1, 2] of a shorter one are neighbours.

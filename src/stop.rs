@@ -37,6 +37,8 @@ pub struct Target {
     pub max_paths: u64,
     /// Longest time, seconds.
     pub max_seconds: Option<f64>,
+    /// The weight below which a path is given up.
+    pub least_weight: f64,
     /// The paths of these numbers and no others, whatever they reach: all of a trace, or a part of it.
     pub exactly: Option<Part>,
 }
@@ -63,16 +65,12 @@ impl Part {
 }
 
 impl Target {
-    /// A tolerance, with no limits that matter.
-    pub fn of(tolerance: f64) -> Self {
-        Self { tolerance, max_paths: 1 << 40, max_seconds: None, exactly: None }
-    }
-
-    /// The weight below which a path is given up. Half of what it might still carry, at most a tenth of the
+    /// A tolerance, with no limits that matter. Half of what a path that is given up might still carry, at most a tenth of the
     /// tolerance and that of some of the paths only, is added to the interval: on dusty beds some hundredths of the
     /// tolerance, for a quarter of the hits.
-    pub fn least_weight(&self) -> f64 {
-        self.tolerance / 5.0
+    pub fn of(tolerance: f64) -> Self {
+        let least_weight = tolerance / 5.0;
+        Self { tolerance, max_paths: 1 << 40, max_seconds: None, least_weight, exactly: None }
     }
 }
 

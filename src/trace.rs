@@ -213,7 +213,7 @@ fn traced(
     let wavelengths_um = grid.wavelengths_um();
     let course = Course::new(scene, &spectra);
     let bands = bands(&materials, course.kept, &wavelengths_um, path)?;
-    let course = course.ending_below(target.least_weight(), &bands);
+    let course = course.ending_below(target.least_weight, &bands);
     let names: Vec<&str> = tracer.bed().meshes.iter().map(|mesh| mesh.name.as_str()).collect();
     let air = air(scene, path, &wavelengths_um)?;
     let empty =

@@ -65,12 +65,13 @@ pub fn run(args: &Args) -> Outcome {
     let mut scene = Scene::read(&args.scene)?;
     scene.seed = args.seed.unwrap_or(scene.seed);
     // A place that cannot be written to is known before the work, not after it.
+    output::keeps(&[&args.scene], &[&args.out])?;
     output::may_write(&args.out)?;
     let target = Target {
-        tolerance: args.enough.tolerance,
         max_paths: args.enough.max_paths,
         max_seconds: args.enough.max_seconds,
         exactly,
+        ..Target::of(args.enough.tolerance)
     };
     let step = Step::new("load");
     let tracer = trace::tracer(&scene, &args.scene)?;

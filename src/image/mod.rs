@@ -142,7 +142,7 @@ pub fn make(
     let course = Course::new(scene, &spectra);
     let reflectances = trace::bands(&materials, course.kept, &bands.nodes_um, path)?;
     let target = Target::of(T_95 * asked.noise);
-    let course = course.ending_below(target.least_weight(), &reflectances);
+    let course = course.ending_below(target.least_weight, &reflectances);
     let air = trace::air(scene, path, &bands.nodes_um)?;
     let stop = Stop::new(&target, grid.clone());
     let table = trace::untraced(tracer, scene, path, &course, materials, air, stop)?;
@@ -321,7 +321,7 @@ impl Made {
         }
         self.noise += error * error;
         self.reached += f64::from(u8::from(error <= asked.noise));
-        self.capped += f64::from(u8::from(pixel.paths == asked.max_paths));
+        self.capped += f64::from(u8::from(pixel.paths == asked.max_paths && error > asked.noise));
     }
 
     /// In words, for the terminal.

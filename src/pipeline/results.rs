@@ -30,7 +30,9 @@ impl Run<'_> {
             n => (self.options.tolerance * (n as f64).sqrt() / 2.0).min(0.5),
         };
         let Options { max_paths, max_seconds, .. } = *self.options;
-        let target = Target { tolerance, max_paths, max_seconds, exactly: None };
+        // What paths given up leave open is the same in every bed: more beds do not lessen it.
+        let whole = Target::of(self.options.tolerance);
+        let target = Target { tolerance, max_paths, max_seconds, ..whole };
         let (cache, grid, number) = (self.cache, &self.options.grid, beds.len());
         // Side by side, since much of reading a bed is the work of one thread.
         let made: Vec<Made> = beds

@@ -108,6 +108,12 @@ impl Table {
         if own.chain([table.temperature_k]).any(|k| !(k.is_finite() && k > 0.0)) {
             return Err(wrong("a temperature is not above 0 K".into()));
         }
+        if table.lacks_order() {
+            return Err(wrong(
+                "materials differ in temperature, and the states do not keep the order of hits"
+                    .into(),
+            ));
+        }
         if let Some(problem) = table.sky_temperature_k.as_ref().and_then(Sky::problem) {
             return Err(wrong(problem));
         }
@@ -150,6 +156,8 @@ impl Table {
                     (t.sky_temperature_k.clone(), t.sky_radiance.clone(), t.atmosphere.clone()),
                     t.view,
                     kept,
+                    // Of a bed in the open alone cells are not counted.
+                    (t.cells.is_some(), t.field.is_some()),
                 )
             };
             let twin = tables[..i].iter().position(|t| t.scene_sha256 == table.scene_sha256);

@@ -206,7 +206,7 @@ impl Stop {
             half_width: 1.0,
             reached: false,
             trapped: 0.0,
-            least_weight: target.least_weight(),
+            least_weight: target.least_weight,
         }
     }
 
@@ -231,16 +231,18 @@ impl Table {
         self.missed = tally.missed;
         self.escaped_downward = tally.escaped_downward;
         self.hits = tally.hits;
-        let name = |mesh: usize| mesh_names[mesh].to_owned();
-        self.inside = tally
-            .inside
-            .iter()
-            .map(|(&(from, solid), &paths)| Inside {
-                solid: name(solid),
-                from: from.map(name),
-                paths,
-            })
-            .collect();
+        // Meshes may share a name.
+        let mut by_name: BTreeMap<(Option<&str>, &str), u64> = BTreeMap::new();
+        for (&(from, solid), &paths) in &tally.inside {
+            *by_name.entry((from.map(|mesh| mesh_names[mesh]), mesh_names[solid])).or_default() +=
+                paths;
+        }
+        let inside = |((from, solid), paths): ((Option<&str>, &str), u64)| Inside {
+            solid: solid.to_owned(),
+            from: from.map(str::to_owned),
+            paths,
+        };
+        self.inside = by_name.into_iter().map(inside).collect();
         self.inside.sort_by(|a, b| {
             b.paths.cmp(&a.paths).then_with(|| (&a.solid, &a.from).cmp(&(&b.solid, &b.from)))
         });
@@ -272,7 +274,7 @@ impl Table {
         tally.first_hits = self.materials.iter().map(|m| m.first_hits).collect();
         for inside in &self.inside {
             let meshes = (inside.from.as_deref().map(number), number(&inside.solid));
-            tally.inside.insert(meshes, inside.paths);
+            *tally.inside.entry(meshes).or_default() += inside.paths;
         }
         tally
     }
@@ -338,6 +340,14 @@ impl Table {
     /// The scene's temperature, as one that is known.
     pub fn temperature(&self) -> Temperature {
         Temperature { k: self.temperature_k, error_k: 0.0 }
+    }
+
+    /// Whether materials differ in temperature though the order of hits was not kept, which that needs.
+    pub fn lacks_order(&self) -> bool {
+        let of = |material: &TableMaterial| material.temperature_k.unwrap_or(self.temperature_k);
+        let mut all = self.materials.iter().map(of);
+        let first = all.next();
+        !self.histogram.kept.order && all.any(|k| Some(k) != first)
     }
 
     /// Why Eq. 2 is not exact with these temperatures and this sky; empty where it is.
