@@ -52,6 +52,11 @@ pub(crate) struct Float {
 }
 
 impl Float {
+    /// A number as the file can hold it.
+    pub(crate) fn rounded(self, number: f64) -> f64 {
+        if self.is_double { number } else { f64::from(number as f32) }
+    }
+
     /// Bytes of a number.
     pub(crate) fn size(self) -> usize {
         if self.is_double { 8 } else { 4 }
@@ -100,20 +105,18 @@ impl Header {
         self.values.get(key).map(String::as_str)
     }
 
+    /// The items of a list, of which some may be empty, but not the last.
     pub(crate) fn list(&self, key: &str) -> Vec<String> {
-        let value = self.get(key).unwrap_or_default();
-        value
-            .split(',')
-            .map(|item| item.trim().to_owned())
-            .filter(|item| !item.is_empty())
-            .collect()
+        let value = self.get(key).unwrap_or_default().trim_end_matches([',', ' ']);
+        let items = value.split(',').map(|item| item.trim().to_owned());
+        items.filter(|_| !value.is_empty()).collect()
     }
 
     pub(crate) fn numbers(&self, key: &str) -> Result<Vec<f64>, EnviError> {
         let number = |item: &String| {
             item.parse().map_err(|_| self.wrong(format!("{key}: {item:?} is not a number")))
         };
-        self.list(key).iter().map(number).collect()
+        self.list(key).iter().filter(|item| !item.is_empty()).map(number).collect()
     }
 
     pub(crate) fn count(&self, key: &str, default: Option<usize>) -> Result<usize, EnviError> {

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::scene::{Sides, View};
 
@@ -140,15 +140,16 @@ impl Mesh {
         self.doubts.rounding_um = rounding_um;
     }
 
-    /// Volume, um3, and surface, um2, of the parts of each material; of an open mesh nothing.
-    fn volumes_and_surfaces(&self) -> BTreeMap<u16, (f64, f64)> {
+    /// Volume, um3, and surface, um2, of the parts of each material as they are placed; of an open mesh nothing.
+    fn volumes_and_surfaces(&self, to_scene: DMat3) -> BTreeMap<u16, (f64, f64)> {
         let mut sums: BTreeMap<u16, (f64, f64)> = BTreeMap::new();
+        let scale = to_scene.determinant().abs();
         let triangles = self.triangles.iter().zip(&self.materials).filter(|_| self.closed);
         for (&triangle, &material) in triangles {
-            let [a, b, c] = corners(&self.vertices, triangle);
+            let corners = corners(&self.vertices, triangle);
             let sum = sums.entry(material).or_default();
-            sum.0 += volume_below([a, b, c]);
-            sum.1 += (b - a).cross(c - a).length() / 2.0;
+            sum.0 += volume_below(corners) * scale;
+            sum.1 += area(corners.map(|corner| to_scene * corner));
         }
         sums
     }
@@ -286,11 +287,10 @@ impl Bed {
         for place in &self.placements {
             let mesh = &self.meshes[place.mesh];
             // Parts of other materials stand beside, not within: of each the volume is that within its own triangles.
-            let scale = place.to_scene.matrix3.determinant().abs().cbrt();
-            for (material, (volume, surface)) in mesh.volumes_and_surfaces() {
+            for (material, (volume, surface)) in mesh.volumes_and_surfaces(place.to_scene.matrix3) {
                 let sum: &mut (f64, f64) = &mut sums[usize::from(material)];
-                sum.0 += volume * scale.powi(3);
-                sum.1 += surface * scale.powi(2);
+                sum.0 += volume;
+                sum.1 += surface;
             }
         }
         sums.into_iter().map(|(v, s)| (v > 0.0).then(|| 4.0 * v / s)).collect()
@@ -333,6 +333,20 @@ mod tests {
         let inward = TETRAHEDRON.map(|[a, b, c]| [a, c, b]);
         let mesh = mesh(&inward);
         assert!(mesh.closed && volume(&mesh.vertices, &mesh.triangles) > 0.0);
+    }
+
+    #[test]
+    fn the_mean_chord_is_that_of_a_body_as_it_is_placed() {
+        let chord = |placed: DMat3, points: [DVec3; 4]| {
+            let mesh = Mesh::new("tetrahedron", &points, TETRAHEDRON.iter().map(|&f| (f, 0))).0;
+            let volume: f64 = mesh.volumes_and_surfaces(placed).values().map(|of| of.0).sum();
+            let surface: f64 = mesh.volumes_and_surfaces(placed).values().map(|of| of.1).sum();
+            4.0 * volume / surface
+        };
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let stretched = DMat3::from_diagonal(DVec3::new(100.0, -100.0, 1.0));
+        let drawn = chord(DMat3::IDENTITY, corners.map(|p| stretched * p));
+        assert!((chord(stretched, corners) / drawn - 1.0).abs() < 1e-6);
     }
 
     #[test]

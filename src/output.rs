@@ -47,6 +47,24 @@ pub fn may_write(path: &Path) -> Result<(), OutputError> {
     path.parent().map_or(Ok(()), folder)
 }
 
+/// Refuses to write over what the same work reads, and to write two things to one place.
+pub fn keeps(read: &[&Path], written: &[&Path]) -> Result<(), OutputError> {
+    let place = |path: &Path| {
+        let folder = parent(path).canonicalize().ok()?;
+        let whole = folder.join(path.file_name()?);
+        Some(whole.canonicalize().unwrap_or(whole))
+    };
+    let taken = |i: usize| read.iter().chain(&written[..i]).map(|other| place(other));
+    for (i, path) in written.iter().enumerate() {
+        let own = place(path);
+        if own.is_some() && taken(i).any(|other| other == own) {
+            let problem = "it is read here, or something else is written to it: give another name";
+            return Err(at(path)(io::Error::other(problem)));
+        }
+    }
+    Ok(())
+}
+
 /// Makes a folder and its parents.
 pub fn folder(path: &Path) -> Result<(), OutputError> {
     fs::create_dir_all(path).map_err(at(path))
@@ -185,6 +203,22 @@ mod tests {
         assert!(error.hint().expect("a hint").contains("--out"));
         assert_eq!(fs::read(&path).expect("still there"), b"whole");
         assert_eq!(list(folder.path()).expect("a folder"), ["result.csv"]);
+    }
+
+    #[test]
+    fn what_is_read_is_not_written_over_by_whatever_name() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let at = |name: &str| folder.path().join(name);
+        bytes(&at("table.json"), b"").expect("written");
+        std::os::unix::fs::symlink(at("table.json"), at("link")).expect("a link");
+        let detour = folder.path().join(".").join("table.json");
+        for written in [at("table.json"), at("link"), detour] {
+            let error = keeps(&[&at("table.json")], &[&written]).expect_err("it is read");
+            assert!(error.to_string().contains("another name"), "{error}");
+        }
+        keeps(&[&at("table.json")], &[&at("a.csv"), &at("b.csv")]).expect("all differ");
+        assert!(keeps(&[], &[&at("a.csv"), &at("a.csv")]).is_err());
+        keeps(&[Path::new("quartz_fine")], &[Path::new("out.csv")]).expect("a name is no file");
     }
 
     #[test]

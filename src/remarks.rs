@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Bed, Mesh, Placement};
+use crate::radiometry::Lit;
 use crate::random::{Purpose, Source};
 use crate::scene::Sides;
 use crate::signature::Band;
@@ -109,6 +110,13 @@ pub enum Remark {
         /// Half of the change within the bin of the view.
         error: f64,
     },
+    /// Mirrors show the sky, whose radiance is taken in bins of its zenith angle.
+    ZenithBins {
+        /// The view, degrees from nadir.
+        zenith_deg: f64,
+        /// Half of what the sky changes by from the bin of the view to the next, as a share of a black body's radiance.
+        error: f64,
+    },
 }
 
 impl fmt::Display for Remark {
@@ -165,6 +173,11 @@ impl fmt::Display for Remark {
                 f,
                 "seen from {zenith_deg} degrees, facets that lie flat are known to {error:.3} only: that is \
                  half of what their reflectance changes by within one bin of cosines"
+            ),
+            Self::ZenithBins { zenith_deg, error } => write!(
+                f,
+                "seen from {zenith_deg} degrees, mirrors that lie flat are known to {error:.3} of a black body's radiance \
+                 only: that is half of what the sky changes by from one degree of zenith angle to the next"
             ),
         }
     }
@@ -344,6 +357,11 @@ pub fn of_result(
             .filter(|(_, error)| *error > tolerance)
             .map(|(zenith_deg, error)| Remark::GrazingBins { zenith_deg, error }),
     );
+    remarks.extend(
+        zenith_bins(table, bands)
+            .filter(|(_, error)| *error > tolerance)
+            .map(|(zenith_deg, error)| Remark::ZenithBins { zenith_deg, error }),
+    );
     let mut kinds = Vec::new();
     remarks.retain(|remark| {
         let kind = std::mem::discriminant(remark);
@@ -352,6 +370,23 @@ pub fn of_result(
         is_new
     });
     remarks
+}
+
+/// The view's zenith angle, and half of what the sky's radiance changes by from its bin to the next where mirrors show it,
+/// in the worst band.
+fn zenith_bins(table: &Table, bands: &[Band]) -> Option<(f64, f64)> {
+    let specular = table.materials.iter().map(|m| m.specular).fold(0.0, f64::max);
+    let um: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
+    let lit = if specular > 0.0 { table.lit(&um).ok()? } else { Vec::new() };
+    let change = |lit: &Lit| {
+        let last = lit.l_sky.len() - 1;
+        let bin = (table.view.zenith_deg / 90.0 * lit.l_sky.len() as f64) as usize;
+        let at = |bin: usize| lit.l_sky[bin.min(last)];
+        let most = (at(bin) - at(bin + 1)).abs().max((at(bin) - at(bin.saturating_sub(1))).abs());
+        specular * most / 2.0 / lit.l_blackbody
+    };
+    let error = lit.iter().map(change).filter(|error| error.is_finite()).max_by(f64::total_cmp)?;
+    Some((table.view.zenith_deg, error))
 }
 
 /// The view's zenith angle, and half of what the reflectance of any facet by angle changes by within the bin of its

@@ -97,21 +97,125 @@ fn a_table_of_any_kind_is_read_as_it_was_written() {
             material["spectrum"] = json!({"fresnel": "quartz"});
         }
     };
-    let kinds: [(&str, Vec<&dyn Fn(&mut Value)>); 5] = [
-        ("order", vec![&warm]),
-        ("zenith", vec![&by_zenith]),
-        ("cosines", vec![&fresnel]),
-        ("order and zenith", vec![&warm, &by_zenith]),
-        ("all", vec![&warm, &by_zenith, &fresnel]),
+    let kinds: [(&str, &[&dyn Fn(&mut Value)]); 5] = [
+        ("order", &[&warm]),
+        ("zenith", &[&by_zenith]),
+        ("cosines", &[&fresnel]),
+        ("order and zenith", &[&warm, &by_zenith]),
+        ("all", &[&warm, &by_zenith, &fresnel]),
     ];
     for (kind, edits) in kinds {
         let mut scene = patch.clone();
-        edits.iter().for_each(|edit| edit(&mut scene));
+        for edit in edits {
+            edit(&mut scene);
+        }
         fs::write(place.path("scene.json"), scene.to_string()).expect("written");
         let traced = place.run(&["trace", "scene.json", "--out", "t.json", "--paths", "4096"], 0);
         let (csv, _) = place.run(&["signature", "t.json", "--range", "9-9"], 0);
         assert_eq!(csv.lines().count(), 2, "{kind}: {traced:?}");
     }
+}
+
+/// A material with a temperature of its own, which is the scene's: the order of hits is not kept.
+#[test]
+fn another_temperature_is_refused_where_paths_do_not_tell_what_it_does() {
+    let place = Place::new();
+    let shipped = shipped("settled_patch.json");
+    let folder = Path::new(&shipped).parent().expect("a folder").display().to_string();
+    let mut scene: Value =
+        serde_json::from_slice(&fs::read(&shipped).expect("shipped")).expect("JSON");
+    scene["materials"][0]["temperature_k"] = scene["temperature_k"].clone();
+    for prototype in scene["geometry"]["placed"]["prototypes"].as_array_mut().expect("a list") {
+        prototype["file"] =
+            format!("{folder}/{}", prototype["file"].as_str().expect("a file")).into();
+    }
+    fs::write(place.path("scene.json"), scene.to_string()).expect("written");
+    place.run(&["trace", "scene.json", "--out", "t.json", "--paths", "2048"], 0);
+    place.run(&["signature", "t.json", "--range", "9-9"], 0);
+    let err = place.refused(&["signature", "t.json", "--range", "9-9", "--temperature", "310"], 2);
+    assert!(err.contains("trace the scene again"), "{err}");
+    let table = fs::read_to_string(place.path("t.json")).expect("written");
+    let by_hand = table.replacen("\"temperature_k\": 300", "\"temperature_k\": 310", 1);
+    assert_ne!(by_hand, table);
+    fs::write(place.path("t.json"), by_hand).expect("written");
+    assert!(place.refused(&["signature", "t.json"], 3).contains("order of hits"));
+}
+
+#[test]
+fn no_result_is_written_over_what_it_is_made_of() {
+    let place = Place::new();
+    let trace =
+        ["trace", &shipped("settled_patch.json"), "--paths", "2048", "--tolerance", "0.0005"];
+    for shard in ["1", "2"] {
+        let (part, out) = (format!("{shard}/2"), format!("{shard}.json"));
+        place.run(&[&trace[..], &["--shard", &part, "--out", &out]].concat(), 0);
+    }
+    place.refused(&["merge", "1.json", "2.json", "--out", "1.json"], 1);
+    // As many paths as were asked for, whatever they reach.
+    place.run(&["merge", "1.json", "2.json", "--out", "t.json"], 0);
+    let whole = fs::read(place.path("t.json")).expect("written");
+    for args in [
+        &["signature", "t.json", "--out", "t.json"][..],
+        &["signature", "t.json", "--out", "s.csv", "--budget", "s.csv"],
+        &["signature", "t.json", "--out", "s.csv", "--plot", "t.json"],
+    ] {
+        place.refused(args, 1);
+    }
+    assert_eq!(fs::read(place.path("t.json")).expect("still there"), whole);
+    assert!(!place.path("s.csv").exists());
+    fs::write(place.path("m.csv"), "8,0.2\n10,0.3\n").expect("written");
+    place.refused(&["spectra", "convert", "m.csv", "--step", "0.5", "--out", "m.csv"], 1);
+}
+
+#[test]
+fn what_lies_beyond_a_kilometre_and_beds_of_other_sides_are_refused() {
+    let place = Place::new();
+    fs::write(place.path("m.obj"), "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nusemtl m\nf 1 2 3 4\n")
+        .expect("written");
+    let trace = |name: &str, z_um: f64, sides: &str, status: i32| {
+        let scene = json!({
+            "soilsig_scene": 1, "name": "plate", "seed": 1, "temperature_k": 300,
+            "view": {"zenith_deg": 0}, "materials": [{"name": "m", "spectrum": {"constant": 0.7}}],
+            "geometry": {"placed": {
+                "prototypes": [{"name": "p", "file": "m.obj", "unit_um": 1, "up": "z"}],
+                "domain": {"min_um": [0, 0], "max_um": [2, 2], "sides": sides,
+                           "floor": {"z_um": z_um, "material": "m"}}}},
+        });
+        fs::write(place.path("scene.json"), scene.to_string()).expect("written");
+        let args = ["trace", "scene.json", "--paths", "2048", "--range", "9-9", "--out", name];
+        place.run(&args, status).1
+    };
+    assert!(trace("far.json", -1e30, "mirror", 3).contains("beyond a kilometre"));
+    trace("mirror.json", -1.0, "mirror", 0);
+    trace("open.json", -2.0, "open", 0);
+    let err = place.refused(&["signature", "mirror.json", "open.json", "--range", "9-9"], 3);
+    assert!(err.contains("no packing of the scene"), "{err}");
+}
+
+/// At 80 degrees a sky of 250 K at 60 and 290 K at 90 degrees changes by 1.6 % of a black body's radiance in half a degree.
+#[test]
+fn mirrors_under_a_sky_of_degrees_are_told_how_well_they_are_known() {
+    let place = Place::new();
+    fs::write(place.path("m.obj"), "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nusemtl m\nf 1 2 3 4\n")
+        .expect("written");
+    let said = |specular: f64| {
+        let at = |zenith: i32, k: i32| json!({"zenith_deg": zenith, "temperature_k": k});
+        let scene = json!({
+            "soilsig_scene": 1, "name": "plate", "seed": 1, "temperature_k": 300,
+            "sky_temperature_k": [at(0, 220), at(60, 250), at(90, 290)],
+            "view": {"zenith_deg": 80},
+            "materials": [{"name": "m", "spectrum": {"constant": 0}, "specular": specular}],
+            "geometry": {"placed": {
+                "prototypes": [{"name": "p", "file": "m.obj", "unit_um": 1, "up": "z"}],
+                "domain": {"min_um": [0, 0], "max_um": [2, 2], "sides": "mirror"}}},
+        });
+        fs::write(place.path("scene.json"), scene.to_string()).expect("written");
+        let trace = ["trace", "scene.json", "--paths", "2048", "--range", "8-9", "--out", "t.json"];
+        place.run(&trace, 0);
+        place.run(&["signature", "t.json", "--range", "8-9"], 0).1
+    };
+    assert!(said(1.0).contains("mirrors that lie flat are known to 0.0"));
+    assert!(!said(0.0).contains("mirrors"));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 use soilsig::export::{self, To};
 use soilsig::scene::{Scene, SpectrumSource};
@@ -58,6 +59,52 @@ fn a_scene_comes_back_from_dirsigs_files_with_the_same_emissivity() {
     for (a, b) in emissivities(&original, &grid).iter().zip(emissivities(&path, &grid)) {
         assert!((a.0 - b.0).abs() < 1.5 * a.1.hypot(b.1), "{a:?} {b:?}");
     }
+}
+
+/// Materials whose names are numbers: another's name is no ID.
+#[test]
+fn faces_keep_their_materials_whatever_these_are_called() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("a.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl 1\nf 1 2 3\n").expect("written");
+    let entry = |name: &str, id: &str, file: &str| {
+        format!("MATERIAL_ENTRY {{\n NAME = {name}\n ID = {id}\n EMISSIVITY_FILE = {file}\n}}\n")
+    };
+    let list = entry("1", "2", "two.ems") + &entry("other", "1", "one.ems");
+    fs::write(at("a.mat"), list).expect("written");
+    let object = |places: &str| {
+        format!("DIRSIG_ODB = 1.0\nOBJECT {{\n OBJ_FILENAME = a.obj\n UNITS = METERS\n{places}}}\n")
+    };
+    let places = " INSTANCES {\n  INFO = 0 0 0 1 1 1 0 0 0\n }\n";
+    fs::write(at("a.odb"), object(places)).expect("written");
+    let import = || export::import(&at("a.odb"), &at("a.mat"), folder.path());
+    let (scene, _) = import().expect("read");
+    let of_one =
+        |file: &SpectrumSource| matches!(file, SpectrumSource::File(f) if f.ends_with("one.ems"));
+    assert!(of_one(&scene.materials[0].spectrum), "{:?}", scene.materials);
+    fs::write(at("a.odb"), object("")).expect("written");
+    assert!(import().expect_err("nothing stands anywhere").to_string().contains("INSTANCES"));
+}
+
+/// Mitsuba looks along z with x to the left: what turns its axes into the scene's is no mirror.
+#[test]
+fn mitsubas_picture_is_not_mirrored() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
+    let scene = Scene::read(&path).expect("a scene");
+    export::export(&scene, &path, To::Mitsuba, &[8.0, 9.0, 10.0], folder.path()).expect("written");
+    let xml = fs::read_to_string(folder.path().join("scene.xml")).expect("written");
+    let (_, sensor) = xml.split_once("<sensor").expect("a sensor");
+    let (_, matrix) = sensor.split_once("matrix value=\"").expect("its place");
+    let numbers: Vec<f64> = matrix[..matrix.find('"').expect("its end")]
+        .split_whitespace()
+        .map(|x| x.parse().expect("a number"))
+        .collect();
+    let row = |i: usize| DVec3::from_slice(&numbers[4 * i..4 * i + 3]);
+    let axes = DMat3::from_cols(row(0), row(1), row(2)).transpose();
+    assert!(axes.determinant() > 0.0, "{axes}");
+    // Seen from above the picture's right is where x grows.
+    assert!(axes.x_axis.x < 0.0 && axes.y_axis.y > 0.0 && axes.z_axis.z < 0.0, "{axes}");
 }
 
 #[test]

@@ -118,6 +118,55 @@ fn units_and_the_upward_axis_are_those_of_the_scene_file() {
     assert!((size.z - 1000.0).abs() < 10.0, "{size}");
 }
 
+/// Programs write groups within objects.
+#[test]
+fn an_object_has_all_of_its_groups() {
+    let text =
+        format!("{SQUARE}o A\ng first\nusemtl rock\nf 1 2 3\ng part2\nf 1 3 4\no Bx\nf 1 2 4\n");
+    let files = [("m.obj", text.as_bytes())];
+    let bed =
+        load(&files, r#"{"name": "m", "file": "m.obj", "object": "A"}"#).expect("it is there");
+    assert_eq!(bed.triangles(), 2);
+    let groups = text.replace("o A\n", "").replace("o Bx", "g Bx");
+    let files = [("m.obj", groups.as_bytes())];
+    let bed =
+        load(&files, r#"{"name": "m", "file": "m.obj", "object": "part2"}"#).expect("a group");
+    assert_eq!(bed.triangles(), 1);
+}
+
+/// Four corners of a square as a strip and as a fan: two triangles that face the same way.
+#[test]
+fn strips_and_fans_of_gltf_are_surfaces_too() {
+    for (mode, corners) in [(5, [0.0, 1.0, 2.0, 3.0]), (6, [0.0, 1.0, 3.0, 2.0])] {
+        let points = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0_f32]];
+        let buffer: Vec<u8> = corners
+            .iter()
+            .flat_map(|&i: &f64| {
+                let [x, y] = points[i as usize];
+                [x, y, 0.0]
+            })
+            .flat_map(f32::to_le_bytes)
+            .collect();
+        let text = gltf("rock", 4)
+            .replace("\"material\": 0", &format!("\"material\": 0, \"mode\": {mode}"))
+            .replace("36", "48");
+        let files: [(&str, &[u8]); 2] = [("m.gltf", text.as_bytes()), ("m.bin", &buffer)];
+        let bed =
+            load(&files, r#"{"name": "m", "file": "m.gltf", "object": "one"}"#).expect("sound");
+        let mesh = &bed.meshes[0];
+        let facing: Vec<glam::Vec3> = mesh
+            .triangles
+            .iter()
+            .map(|t| {
+                let [a, b, c] = t.map(|i| mesh.vertices[i as usize]);
+                (b - a).cross(c - a).normalize()
+            })
+            .collect();
+        assert_eq!(facing.len(), 2, "{mode}");
+        assert!(facing[0].dot(facing[1]) > 0.99, "{mode} {facing:?}");
+    }
+}
+
 /// A glTF file of one triangle, 1 m wide and upright (y is up), whose mesh two nodes share.
 fn gltf(material: &str, count: u32) -> String {
     format!(

@@ -123,6 +123,13 @@ fn a_method_without_its_bands_says_so() {
     };
     assert!(refused(Method::Christiansen, &from(7.5)).contains("7.33 to 7.39 um"));
     assert!(refused(Method::Nem, &from(12.1)).contains("8 to 12 um"));
+    // A dead band, below the sky that it reflects, is not taken for a contrast.
+    let mut dead = bands.clone();
+    let at = dead.iter().position(|b| b.wavelength_um >= 9.0).expect("there is one");
+    for b in &mut dead[at - 30..at + 30] {
+        b.l_target = b.l_downwelling - 0.02 * planck(b.wavelength_um, T_K);
+    }
+    assert!(refused(Method::Nem, &dead).contains("fainter than the sky"));
     // Under a sky as warm as the target every band is masked.
     let blind = measured(&powder("quartz_fine"), T_K, |um| planck(um, T_K), 0.1, &mut Noise(1));
     for method in Method::ALL {

@@ -334,6 +334,58 @@ fn band_means_are_exact_for_straight_lines_and_the_resampling_error_is_what_is_l
 }
 
 #[test]
+fn a_unit_in_the_heading_is_heard_wherever_it_stands() {
+    for heading in ["Wavelength [nm],Reflectance", "wavelength (nm) reflectance"] {
+        let text = format!("{heading}\n8000,0.2\n14000,0.3\n");
+        let text = if heading.contains(',') { text } else { text.replace(',', " ") };
+        let read = one("x.csv", text.as_bytes(), &Reading::default()).expect(heading);
+        assert_eq!((read.wavelength_um, read.emissivity), (vec![8.0, 14.0], vec![0.8, 0.7]));
+    }
+    let error = one("x.csv", b"wavelength (ly),emissivity\n8,0.2\n9,0.3\n", &Reading::default());
+    assert!(error.expect_err("light years").to_string().contains("names no unit"));
+}
+
+#[test]
+fn a_response_may_be_called_a_transmittance_and_a_spectrum_may_not() {
+    let place = Place::new();
+    fs::write(place.path("b.csv"), "wavelength_um,transmittance\n8,0\n9,1\n10,0\n")
+        .expect("written");
+    assert_eq!(Response::read(&place.path("b.csv")).expect("a band").centre_um(), 9.0);
+    assert!(read_one(&place.path("b.csv"), &Reading::default()).is_err());
+}
+
+/// 13.55 + .05 is a little more than 13.6.
+#[test]
+fn a_slit_may_end_where_the_spectrum_does() {
+    let place = Place::new();
+    fs::write(place.path("x.csv"), "8.2,0.25\n13.6,0.75\n").expect("written");
+    let args =
+        ["spectra", "convert", "x.csv", "--step", "0.05", "--width", "0.05", "--out", "o.csv"];
+    run(&place, &args);
+    let read = read_one(&place.path("o.csv"), &Reading::default()).expect("read");
+    assert_eq!(read.range_um(), [8.25, 13.55]);
+}
+
+#[test]
+fn names_of_a_library_stay_with_their_spectra() {
+    let place = Place::new();
+    let data: Vec<u8> =
+        [0.1_f32, 0.1, 0.2, 0.2, 0.3, 0.3].iter().flat_map(|v| v.to_le_bytes()).collect();
+    fs::write(place.path("n.sli"), data).expect("written");
+    fs::write(
+        place.path("n.hdr"),
+        "ENVI\nsamples = 2\nlines = 3\nbands = 1\nfile type = ENVI Spectral Library\ndata type = 4\n\
+         wavelength units = Micrometers\nz plot titles = {Wavelength, Emissivity}\nwavelength = {8, 9,}\n\
+         spectra names = {a, , c}\n",
+    )
+    .expect("written");
+    let read = read(&place.path("n.sli"), &Reading::default()).expect("a library");
+    let names: Vec<&str> = read.iter().filter_map(|s| s.name.as_deref()).collect();
+    assert_eq!(names, ["a", "2", "c"]);
+    assert!((read[2].emissivity[0] - 0.3).abs() < 1e-6);
+}
+
+#[test]
 fn spectra_are_listed_shown_and_plotted() {
     let place = Place::new();
     assert!(run(&place, &["spectra", "list"]).0.contains("fresnel:quartz"));

@@ -1,6 +1,6 @@
 //! `soilsig merge`: the tables of shards into that of the whole trace.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use soilsig::budget::{Budget, Origin};
 use soilsig::error::{Error, Status};
@@ -20,6 +20,8 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Outcome {
+    let tables: Vec<&Path> = args.tables.iter().map(PathBuf::as_path).collect();
+    output::keeps(&tables, &[&args.out])?;
     output::may_write(&args.out)?;
     let table = merge::merge(&args.tables)?;
     table.write(&args.out)?;
@@ -30,5 +32,7 @@ pub fn run(args: &Args) -> Outcome {
     let budget = Budget::new(&whole, &bands, Origin::Given)?;
     let reached = report::reached(&whole, &bands, &budget, tolerance);
     print(&format!("{name}: {}", words::reached(&reached)))?;
-    Ok::<_, Error>((!reached.tolerance_reached).then_some(Status::ToleranceNotReached))
+    // Where a number of paths was asked for, that is what there is.
+    let asked = whole[0].stop.max_paths.is_some();
+    Ok::<_, Error>((asked && !reached.tolerance_reached).then_some(Status::ToleranceNotReached))
 }

@@ -197,6 +197,11 @@ fn spectrum_source(text: &str) -> SpectrumSource {
     } else if let Some(constants) = text.strip_prefix("fresnel:") {
         SpectrumSource::Fresnel(constants.to_owned())
     } else if let Some(powder) = text.strip_prefix("inverted:") {
+        if powder.starts_with("inverted:") || powder.starts_with("fresnel:") {
+            usage(&format!(
+                "{text:?}: after inverted: stands the spectrum of a powder: a shipped one's name, a file or a number"
+            ));
+        }
         let spectrum = Box::new(spectrum_source(powder));
         SpectrumSource::Inverted(Inverted { spectrum, pure_bed: Vec::new() })
     } else if Spectrum::builtin(text).is_ok() {

@@ -71,6 +71,9 @@ pub fn run(args: &Args) -> Result<(), Error> {
                 "--radiance-error {text}: for a CSV file it must be a number, 0 or more"
             )),
         };
+        if let Some(out) = &args.out {
+            output::keeps(&[&args.radiance], &[out])?;
+        }
         let spectrum = retrieve::spectrum(&args.radiance, error, &known)?;
         match &args.out {
             Some(path) => output::bytes(path, spectrum.csv_text().as_bytes())?,
@@ -83,6 +86,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
     if out.extension().is_none_or(|ending| ending != "img") {
         usage(&format!("{}: images are written as .img, with their .hdr beside", out.display()));
     }
+    output::keeps(&[&args.radiance], &[out])?;
     let cube = Cube::read(&args.radiance)?;
     let error = match error {
         None => ImageError::One(0.0),

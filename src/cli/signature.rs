@@ -52,6 +52,18 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Error> {
+    let words = args.spectra.iter().filter_map(|given| given.split_once('=')).map(|(_, file)| file);
+    let words = words.chain(args.beside.iter().map(String::as_str)).chain(args.sky.as_deref());
+    let read: Vec<&Path> = args
+        .tables
+        .iter()
+        .chain(&args.atmosphere)
+        .map(PathBuf::as_path)
+        .chain(words.map(Path::new))
+        .collect();
+    let written: Vec<&Path> =
+        [&args.out, &args.plot, &args.budget].into_iter().flatten().map(PathBuf::as_path).collect();
+    output::keeps(&read, &written)?;
     let wavelengths_um = args.bands.grid().wavelengths_um();
     let format = args.plot.as_deref().map(ChartFormat::of);
     let resolve = |text: &String| Spectrum::resolve(&spectrum_source(text), Path::new(""));
@@ -63,6 +75,10 @@ pub fn run(args: &Args) -> Result<(), Error> {
         let Some((name, text)) = given.split_once('=') else {
             usage(&format!("{given:?}: write MATERIAL=SPECTRUM"));
         };
+        let twice = |other: &&String| other.split_once('=').is_some_and(|(other, _)| other == name);
+        if args.spectra.iter().filter(twice).count() > 1 {
+            usage(&format!("material {name:?} is given two spectra"));
+        }
         let names: Vec<String> = table.materials.iter().map(|m| m.name.clone()).collect();
         let Some(material) = table.materials.iter_mut().find(|m| m.name == name) else {
             usage(&format!("the table has no material {name:?}, but {}", names.join(", ")));
@@ -77,10 +93,16 @@ pub fn run(args: &Args) -> Result<(), Error> {
         material.spectrum = spectrum;
     }
     if let Some(temperature_k) = args.temperature {
-        if !(temperature_k.is_finite() && temperature_k > 0.0) {
-            usage(&format!("a temperature of {temperature_k} K is not above 0"));
+        if !(1.0..=1e4).contains(&temperature_k) {
+            usage(&format!("--temperature {temperature_k} K is not within 1 to 10000 K"));
         }
         table.temperature_k = temperature_k;
+        if table.lacks_order() {
+            usage(&format!(
+                "at {temperature_k} K the scene differs in temperature from materials that have their own, and the \
+                 paths were traced without the order of their hits; trace the scene again at that temperature"
+            ));
+        }
     }
     if let Some(sky) = &args.sky {
         set_sky(table, sky)?;

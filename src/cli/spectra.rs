@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use soilsig::error::Error;
 use soilsig::features::features;
+use soilsig::output;
 use soilsig::plot::{self, Chart, Curve};
 use soilsig::scene::SpectrumSource;
 use soilsig::signature::Grid;
@@ -116,6 +117,7 @@ impl Input {
             quantity: self.quantity,
             wavelengths: self.wavelengths.clone(),
             range_um: self.range.map(|(from, to)| [from - margin_um, to + margin_um]),
+            is_response: false,
         };
         let mut spectra = format::read(path, &reading)?;
         if let Some(name) = &self.name {
@@ -324,6 +326,14 @@ fn check(input: &Input) -> Result<(), Error> {
 
 impl Convert {
     fn run(&self) -> Result<(), Error> {
+        let read: Vec<&Path> = self
+            .input
+            .spectra
+            .iter()
+            .map(Path::new)
+            .chain(self.response.iter().map(PathBuf::as_path))
+            .collect();
+        output::keeps(&read, &[&self.out])?;
         let spectra = self.input.read(self.width.unwrap_or(0.0))?;
         for spectrum in &spectra {
             if let Spectrum::Tabulated(points) = spectrum {

@@ -93,7 +93,8 @@ impl Cube {
                 "there must be {bands} wavelengths (and entries of bbl, if any)"
             )));
         }
-        let ignored = header.numbers("data ignore value")?.first().copied();
+        let ignored =
+            header.numbers("data ignore value")?.first().map(|&value| float.rounded(value));
         let scale = header.numbers("reflectance scale factor")?.first().copied().unwrap_or(1.0);
         // From what is next to each other in the file to band, line and sample.
         let place: fn([usize; 3], [usize; 3]) -> usize =
@@ -103,7 +104,15 @@ impl Cube {
                 "bip" => |[_, samples, bands], [b, l, s]| (l * samples + s) * bands + b,
                 other => return Err(wrong(format!("interleave {other} is not bsq, bil or bip"))),
             };
-        let wavelengths_um = wavelengths.iter().map(|&value| unit.um(value)).collect();
+        let wavelengths_um: Vec<f64> = wavelengths.iter().map(|&value| unit.um(value)).collect();
+        if let Some(um) = wavelengths_um.iter().find(|um| !(um.is_finite() && **um > 0.0)) {
+            return Err(wrong(format!("a wavelength of {um} um is none")));
+        }
+        let mut ascending = wavelengths_um.clone();
+        ascending.sort_by(f64::total_cmp);
+        if let Some([um, _]) = ascending.windows(2).find(|pair| pair[0] == pair[1]) {
+            return Err(wrong(format!("two bands are at {um} um: leave one of them out")));
+        }
         let mut cube = Self::new(lines, samples, wavelengths_um);
         for (band, _) in is_good.iter().enumerate().filter(|(_, good)| **good != 0.0) {
             for line in 0..lines {
@@ -218,6 +227,28 @@ mod tests {
         assert!(read.band(1).iter().all(|value| value.is_nan()));
         assert!(read.spectrum(1, 1)[2].is_nan());
         assert_eq!(read.data.iter().filter(|value| value.is_nan()).count(), 7);
+    }
+
+    /// Of a number that singles do not hold, what the file has is the nearest that they do.
+    #[test]
+    fn a_number_to_be_ignored_is_known_as_the_file_holds_it() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("image.img");
+        let mut cube = cube();
+        cube.data[3] = -9999.9;
+        cube.write(&path, "radiance").expect("written");
+        let header_path = path.with_extension("hdr");
+        let header = std::fs::read_to_string(&header_path).expect("a header");
+        std::fs::write(&header_path, header.clone() + "data ignore value = -9999.9\n")
+            .expect("written");
+        let read = Cube::read(&path).expect("an image");
+        assert!(read.data[3].is_nan());
+        assert_eq!(read.data.iter().filter(|value| value.is_nan()).count(), 1);
+        let twice = header.replace("9.5", "8.25");
+        assert_ne!(twice, header);
+        std::fs::write(&header_path, twice).expect("written");
+        let error = Cube::read(&path).expect_err("two bands at 8.25 um");
+        assert!(error.to_string().contains("two bands are at 8.25 um"), "{error}");
     }
 
     #[test]

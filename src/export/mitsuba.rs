@@ -96,7 +96,8 @@ pub(super) fn write(exported: &Exported, wavelengths_um: &[f64], out: &Path) -> 
     let away_um = 4.0 * (size.length() + size.z) / bed.to_sensor.z.max(0.1);
     let eye = (domain.min_um + domain.max_um) / 2.0 + away_um * bed.to_sensor;
     let place = glam::DAffine3 {
-        matrix3: glam::DMat3::from_cols(view.right / 2.0, view.up / 2.0, -bed.to_sensor),
+        // Mitsuba's x axis points to the left of the picture.
+        matrix3: glam::DMat3::from_cols(-view.right / 2.0, view.up / 2.0, -bed.to_sensor),
         translation: eye,
     };
     let _ = writeln!(

@@ -78,8 +78,7 @@ impl Exported<'_> {
         }
         for material in self.materials.iter().filter(|m| m.spectrum.is_angular()) {
             lost.push(format!(
-                "{:?} reflects by angle as a mirror, and there alike into all directions with its hemispherical \
-                 emissivity",
+                "{:?} is a mirror that reflects by angle, and there a mirror of its hemispherical reflectance at every angle",
                 material.name
             ));
         }

@@ -151,6 +151,12 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
         );
         let name = format!("object_{}", prototypes.len());
         let places = object.section("INSTANCES").map_or(&[][..], |section| &section.values);
+        if places.is_empty() {
+            left_out.push(format!(
+                "the object in line {} of the .odb, which has no INSTANCES",
+                object.line
+            ));
+        }
         for (key, value, line) in places {
             if key != "INFO" {
                 left_out.push(format!("{key} in line {line} of the .odb"));
@@ -169,6 +175,9 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
             up: Some(UpAxis::Z),
             material: None,
         });
+    }
+    if instances.is_empty() {
+        return Err(wrong(1, "no object has INSTANCES".into()));
     }
     let materials = materials(mat, &names, folder, &mut left_out)?;
     let scene = Scene {
@@ -203,12 +212,14 @@ fn materials(
     let wrong = |line, problem: String| DirsigError::Form { path: mat.to_owned(), line, problem };
     let mut materials = Vec::new();
     for name in names {
-        let is_named = |entry: &Section| {
-            ["NAME", "ID", "MATERIAL_NAME", "MATERIAL_ID"]
-                .iter()
-                .any(|key| entry.get(key).is_some_and(|(value, _)| value == name))
+        // Faces name the ID. Only where none is so called it may be a NAME.
+        let called = |keys: [&str; 2]| {
+            let is_called = |entry: &&Section| {
+                keys.iter().any(|key| entry.get(key).is_some_and(|(value, _)| value == name))
+            };
+            list.sections.iter().map(|(_, entry)| entry).find(is_called)
         };
-        let entry = list.sections.iter().map(|(_, entry)| entry).find(|entry| is_named(entry));
+        let entry = called(["ID", "MATERIAL_ID"]).or_else(|| called(["NAME", "MATERIAL_NAME"]));
         let entry = entry
             .ok_or_else(|| wrong(1, format!("there is no material {name:?}, which faces name")))?;
         let property =

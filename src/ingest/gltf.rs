@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DMat4, DVec3, Mat4, Vec3};
+use gltf::mesh::Mode;
 
 use super::{IngestError, Materials};
 use crate::geometry::{HALF_A_PLACE, Mesh, turned_away};
@@ -82,7 +83,9 @@ pub(super) fn read(
         let (mut points, mut faces) = (Vec::new(), Vec::new());
         let mut away = (0.0, 0.0);
         for primitive in mesh.primitives() {
-            if primitive.mode() != gltf::mesh::Mode::Triangles {
+            // Points and lines have no surface.
+            let mode = primitive.mode();
+            if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
                 continue;
             }
             let material = materials.index(path, &name, primitive.material().name())?;
@@ -108,6 +111,7 @@ pub(super) fn read(
                     format!("a face wants vertex {wrong}, and there are {count}"),
                 ));
             }
+            let indices = triangles(mode, indices);
             let normals: Vec<DVec3> = reader
                 .read_normals()
                 .map_or_else(Vec::new, |all| all.map(|n| Vec3::from_array(n).as_dvec3()).collect());
@@ -149,5 +153,21 @@ fn add_turned_away(sum: &mut (f64, f64), points: &[DVec3], normals: &[DVec3], in
         let [a, b, c] = at.map(|i| points[i]);
         let (off, weight) = turned_away((b - a).cross(c - a), &at.map(|i| normals[i]));
         *sum = (sum.0 + off, sum.1 + weight);
+    }
+}
+/// Corners of single triangles, three each, from those of a strip or a fan.
+fn triangles(mode: Mode, indices: Vec<u32>) -> Vec<u32> {
+    match mode {
+        Mode::TriangleStrip => {
+            let turned = |(i, of): (usize, &[u32])| {
+                if i % 2 == 0 { [of[0], of[1], of[2]] } else { [of[1], of[0], of[2]] }
+            };
+            indices.windows(3).enumerate().flat_map(turned).collect()
+        }
+        Mode::TriangleFan => {
+            let rest = indices.get(1..).unwrap_or_default();
+            rest.windows(2).flat_map(|pair| [indices[0], pair[0], pair[1]]).collect()
+        }
+        _ => indices,
     }
 }

@@ -195,6 +195,11 @@ pub fn load(scene: &Scene, path: &Path) -> Result<Bed, IngestError> {
     }
     let domain = domain(scene, placed, &meshes, &placements)
         .ok_or_else(|| IngestError::Empty { path: path.to_owned() })?;
+    let floor_um = domain.floor.map_or(0.0, |(z_um, _)| z_um.abs());
+    let farthest_um = domain.min_um.abs().max(domain.max_um.abs()).max_element().max(floor_um);
+    if farthest_um.is_nan() || farthest_um >= FARTHEST_UM {
+        return Err(IngestError::Far { path: path.to_owned(), farthest_um });
+    }
     let mut bed = Bed {
         meshes,
         placements,

@@ -23,10 +23,15 @@ impl ObjFile {
     pub(super) fn read(path: &Path) -> Result<Self, IngestError> {
         let text =
             fs::read(path).map_err(|source| IngestError::Read { path: path.to_owned(), source })?;
+        let text = String::from_utf8_lossy(&text);
+        // A group within an object is a part of it, and tobj would end the object there.
+        let has_objects = text.lines().any(|line| line.trim_start().starts_with("o "));
+        let is_group = |line: &str| line.split_whitespace().next() == Some("g");
+        let kept = |line: &str| !(has_objects && is_group(line));
         // tobj knows a name after a single space only, in a line that is not indented.
-        let text: String = String::from_utf8_lossy(&text)
+        let text: String = text
             .lines()
-            .flat_map(|line| [line.trim_start(), "\n"])
+            .flat_map(|line| [if kept(line) { line.trim_start() } else { "" }, "\n"])
             .collect::<String>()
             .replace('\t', " ");
         let broken =

@@ -58,6 +58,8 @@ impl Run<'_> {
         };
         let log = |i: usize| self.place(&self.of_packing(i, "blender.log"));
         let made = order.beds(self.cache, &log, &step)?;
+        // A recipe may be called as the settled bed is.
+        self.keeps_inputs(&[&self.of_packing(0, "scene.json")])?;
         self.begin_to_write()?;
         let mut beds = Vec::new();
         for (i, made) in made.iter().enumerate() {

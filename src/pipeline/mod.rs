@@ -32,6 +32,17 @@ use crate::tracer::Tracer;
 /// Files of a drop that hold times of day or durations and so differ from run to run.
 const NOT_REPRODUCIBLE: [&str; 2] = ["blender.log", "drop.json"];
 
+/// Files of every result.
+const WRITTEN: [&str; 7] = [
+    "signature.csv",
+    "signature.svg",
+    "signature.png",
+    "budget.csv",
+    "table.json",
+    "patch.png",
+    "run.json",
+];
+
 /// What is to be run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -132,8 +143,15 @@ pub fn run(
     for file in earlier.iter().flat_map(|earlier| earlier.outputs.keys()) {
         // The record may be by other hands: only plain names below the folder are its files.
         let below = Path::new(file).components().all(|part| matches!(part, Component::Normal(_)));
-        if below && !record.outputs.contains_key(file) {
-            output::remove(&out.join(file))?;
+        let path = out.join(file);
+        // A bed of the earlier run may be what this one was asked for.
+        let is_input = |path: &Path| {
+            let same =
+                |input: &String| Path::new(input).canonicalize().ok() == path.canonicalize().ok();
+            record.inputs.keys().any(same)
+        };
+        if below && !record.outputs.contains_key(file) && path.exists() && !is_input(&path) {
+            output::remove(&path)?;
         }
     }
     record.write(&out.join("run.json"))?;
@@ -300,7 +318,16 @@ impl<'a> Run<'a> {
 
     /// From here on the folder holds parts of this run: an earlier record no longer speaks for it.
     fn begin_to_write(&self) -> Result<(), Error> {
+        self.keeps_inputs(&WRITTEN)?;
         Ok(output::remove(&self.out.join("run.json"))?)
+    }
+
+    /// Refuses to write these files over what the run reads.
+    fn keeps_inputs(&self, files: &[&str]) -> Result<(), Error> {
+        let read: Vec<&Path> = self.record.inputs.keys().map(Path::new).collect();
+        let written: Vec<PathBuf> = files.iter().map(|file| self.place(file)).collect();
+        let written: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
+        Ok(output::keeps(&read, &written)?)
     }
 
     /// Notes a file that was written.

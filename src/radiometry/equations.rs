@@ -30,7 +30,9 @@ pub fn emissivity_error(
 /// How much Eq. 2 amplifies a relative error: f = B / |B - L_d|, 1 without a sky, infinite under one as bright as the
 /// target.
 pub fn amplification(l_blackbody: f64, l_downwelling: f64) -> f64 {
-    l_blackbody / (l_blackbody - l_downwelling).abs()
+    let f = l_blackbody / (l_blackbody - l_downwelling).abs();
+    // So cold that there is no radiance at all.
+    if f.is_nan() { f64::INFINITY } else { f }
 }
 
 /// Radiance at the sensor of what leaves the target.

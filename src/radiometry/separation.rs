@@ -190,6 +190,9 @@ fn nem(bands: &[Measured], assumed: Assumed) -> Result<Temperature, RadiometryEr
     let e = smoothed(&within, &e);
     let mean = e.iter().sum::<f64>() / e.len() as f64;
     let least = e.iter().copied().fold(f64::INFINITY, f64::min);
+    if !(least > 0.0 && mean > 0.0) {
+        return Err(too_faint());
+    }
     let blackest = greatest(&e);
     let least_by_contrast = 0.994 - 0.687 * ((e[blackest] - least) / mean).powf(0.737);
     let of_blackest = (e[blackest] / least * least_by_contrast).min(1.0);

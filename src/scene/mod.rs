@@ -181,6 +181,7 @@ impl Scene {
 
     /// Reads a scene from text; `path` is named in messages.
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
+        let text = text.trim_start_matches('\u{feff}');
         let scene: Self = serde_json::from_str(text)
             .map_err(|source| SceneError::Form { path: path.to_owned(), source })?;
         scene.check().map_err(|(place, problem)| SceneError::Value {

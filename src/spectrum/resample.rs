@@ -16,7 +16,10 @@ impl Response {
     /// The triangle of a spectrometer's slit: full width at half maximum `width_um`.
     pub fn triangle(centre_um: f64, width_um: f64) -> Self {
         Self {
-            wavelength_um: vec![centre_um - width_um, centre_um, centre_um + width_um],
+            // Without what a sum is rounded by: it may end where a spectrum does.
+            wavelength_um: [centre_um - width_um, centre_um, centre_um + width_um]
+                .map(|um| (um * 1e9).round() / 1e9)
+                .to_vec(),
             weight: vec![0.0, 1.0, 0.0],
         }
     }
@@ -43,7 +46,11 @@ impl Response {
     /// A response function of two columns, wavelength in um and response from 0 to 1.
     pub fn read(path: &Path) -> Result<Self, SpectrumError> {
         // The numbers are as they stand, whatever the heading calls them.
-        let reading = Reading { quantity: Some(Quantity::Emissivity), ..Reading::default() };
+        let reading = Reading {
+            quantity: Some(Quantity::Emissivity),
+            is_response: true,
+            ..Reading::default()
+        };
         let points = read_one(path, &reading)?;
         if points.emissivity.iter().all(|&weight| weight == 0.0) {
             return Err(SpectrumError::File {

@@ -23,8 +23,18 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
         let is_heading = is_first && fields.iter().all(|field| field.parse::<f64>().is_err());
         is_first = false;
         if is_heading {
-            refuse_transmission(path, line)?;
-            unit = Unit::named(fields[0]).unwrap_or(unit);
+            if !reading.is_response {
+                refuse_transmission(path, line)?;
+            }
+            let named = Unit::named(fields[0]).or_else(|| Unit::named(line));
+            if named.is_none() && line.contains(['(', '[']) {
+                return Err(wrong(
+                    path,
+                    i,
+                    format!("the heading {line:?} names no unit of wavelengths that is known"),
+                ));
+            }
+            unit = named.unwrap_or(unit);
             quantity = Quantity::named(fields[1..].join(" ").as_str());
             continue;
         }

@@ -40,7 +40,7 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, Spe
     }
     let names = header.list("spectra names");
     let scale = header.numbers("reflectance scale factor")?.first().copied().unwrap_or(1.0);
-    let ignored = header.numbers("data ignore value")?.first().copied();
+    let ignored = header.numbers("data ignore value")?.first().map(|&value| float.rounded(value));
     let quantity = quantity(&header, &header_path, reading)?;
     data_bytes
         .chunks_exact(float.size() * channels)
@@ -50,14 +50,22 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, Spe
             let rows = values
                 .zip(wavelengths.iter().zip(&is_good))
                 .map(|(value, (&wavelength, &good))| {
-                    let is_held = good != 0.0 && ignored != Some(value);
+                    let is_ignored =
+                        |ignored: f64| ignored == value || (ignored.is_nan() && value.is_nan());
+                    let is_held = good != 0.0 && !ignored.is_some_and(is_ignored);
                     let value =
                         unless_deleted(value).filter(|_| is_held).map(|value| value / scale);
                     Row { line: i as u64 + 1, um: unit.um(wavelength), value }
                 })
                 .collect();
             let mut spectrum = Tabulated::new(&data, rows, quantity, reading.range_um)?;
-            spectrum.name = Some(names.get(i).cloned().unwrap_or_else(|| (i + 1).to_string()));
+            spectrum.name = Some(
+                names
+                    .get(i)
+                    .filter(|name| !name.is_empty())
+                    .cloned()
+                    .unwrap_or_else(|| (i + 1).to_string()),
+            );
             if quantity != Quantity::Emissivity {
                 spectrum.warnings.push(Warning::GeometryNotStated);
             }

@@ -85,6 +85,8 @@ pub struct Reading {
     pub wavelengths: Option<PathBuf>,
     /// Only these wavelengths, um.
     pub range_um: Option<[f64; 2]>,
+    /// Whether the values are a sensor's response, which may be called a transmittance.
+    pub is_response: bool,
 }
 
 /// Reads all spectra of a file.
@@ -152,9 +154,9 @@ impl Unit {
         let has = |parts: &[&str]| parts.iter().any(|part| text.contains(part));
         if has(&["wavenumber", "cm-1", "cm^-1", "1/cm"]) {
             Some(Self::Wavenumber)
-        } else if has(&["nanomet", "(nm)", "_nm"]) || text.trim() == "nm" {
+        } else if has(&["nanomet", "(nm)", "[nm]", "_nm"]) || text.trim() == "nm" {
             Some(Self::Nanometre)
-        } else if has(&["micromet", "micron", "(um)", "_um", "\u{b5}m", "\u{3bc}m"])
+        } else if has(&["micromet", "micron", "(um)", "[um]", "_um", "\u{b5}m", "\u{3bc}m"])
             || text.trim() == "um"
         {
             Some(Self::Micrometre)
