@@ -53,6 +53,16 @@ pub enum LibraryError {
         /// Shapes of the scene.
         wanted: Vec<&'static str>,
     },
+    /// The scene has grains of a library of its own.
+    #[error("{}: the scene has grains of its own library {} already, {grain:?} for one", folder.display(), own.display())]
+    TwoLibraries {
+        /// The folder.
+        folder: PathBuf,
+        /// The scene's own.
+        own: PathBuf,
+        /// A grain of that.
+        grain: String,
+    },
 }
 
 impl LibraryError {
@@ -71,6 +81,9 @@ impl LibraryError {
                 there.join(", "),
                 wanted.join(", ")
             ),
+            Self::TwoLibraries { .. } => {
+                "put all grains into one folder, and name it and them in the scene".into()
+            }
         })
     }
 }
@@ -172,6 +185,13 @@ pub fn stand_in(packing: &mut Packing, folder: &Path) -> Result<(), LibraryError
         let grain = Grain::read(folder, &name)?;
         classes.entry(grain.size_class).or_default().push(grain.name);
     }
+    let named = packing.shapes().find_map(|(_, shape, _)| match shape {
+        ShapeSource::Library(FromLibrary { library }) => library.first().cloned(),
+        ShapeSource::Modelled(_) => None,
+    });
+    if let (Some(grain), Some(own)) = (named, packing.library.clone()) {
+        return Err(LibraryError::TwoLibraries { folder: folder.to_owned(), own, grain });
+    }
     let mut wanted = BTreeSet::new();
     let mut any = false;
     for (shape, ribs) in packing.shapes_mut() {
@@ -248,8 +268,17 @@ fn file(folder: &Path, name: &str, ending: &str) -> PathBuf {
 
 /// The mesh of a .obj file, all of it.
 fn solid(path: &Path) -> Result<Solid, String> {
+    // Groups and materials would end a model, and only part of the body were closed.
+    let text = fs::read(path).map_err(|error| error.to_string())?;
+    let text: String = String::from_utf8_lossy(&text)
+        .lines()
+        .map(str::trim_start)
+        .flat_map(|line| [if line.starts_with(['v', 'f']) { line } else { "" }, "\n"])
+        .collect();
+    let no_materials = |_: &Path| Ok(Default::default());
     let (models, _) =
-        tobj::load_obj(path, &tobj::LoadOptions::default()).map_err(|error| error.to_string())?;
+        tobj::load_obj_buf(&mut text.as_bytes(), &tobj::LoadOptions::default(), no_materials)
+            .map_err(|error| error.to_string())?;
     let mut solid = Solid::default();
     for tobj::Model { mesh, .. } in models {
         let first = solid.vertices.len();

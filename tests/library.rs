@@ -134,8 +134,13 @@ fn what_is_wrong_with_a_library_is_known_before_blender_is_looked_for() {
     fails(&with, 3, &["stone.obj: ", "soilsig grains check"]);
     let placed = shipped("settled_patch.json");
     fails(&["--scene", &placed, "--grains", "grains"], 2, &["leave --grains out"]);
-    // A sound one gets as far as the search for Blender.
+    // A sound one gets as far as the search for Blender, and one in groups is as sound.
     put(&place.path("grains"), "stone", &octahedron(0.0), &about("grain_500"));
+    fails(&with, 10, &["/no/such/blender"]);
+    let grouped = octahedron(0.0).replacen("\nf ", "\ng top\nusemtl a\nf ", 1);
+    let (top, below) = grouped.rsplit_once("\nf ").expect("faces");
+    let grouped = format!("mtllib none.mtl\n{top}\ng below\nusemtl b\nf {below}");
+    put(&place.path("grains"), "stone", &grouped, &about("grain_500"));
     fails(&with, 10, &["/no/such/blender"]);
 
     let mut scene: Value =
@@ -148,6 +153,12 @@ fn what_is_wrong_with_a_library_is_known_before_blender_is_looked_for() {
     scene["geometry"]["packing"]["grains"][0]["shape"] = json!({"library": ["pebble"]});
     fs::write(place.path("own.json"), scene.to_string()).expect("written");
     fails(&["--scene", "own.json"], 3, &["pebble.json", "No such file"]);
+    put(&place.path("others"), "rock", &octahedron(0.0), &about("grain_640"));
+    fails(
+        &["--scene", "own.json", "--grains", "others"],
+        3,
+        &["others", "of its own library grains"],
+    );
     scene["geometry"]["packing"]["grains"][0]["shape"] = json!("grain_700");
     fs::write(place.path("own.json"), scene.to_string()).expect("written");
     fails(&["--scene", "own.json"], 3, &["a shape is one of fine_35"]);

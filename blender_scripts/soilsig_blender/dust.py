@@ -95,6 +95,7 @@ class _Dressing:
         self.shares = np.array([fine.share for fine in fines])
         self.given = np.zeros(len(fines))
         self.rows = []
+        self.lacking = None
         self.pools = []
         if fines:
             self.clearance = Clearance(grain, fines, settings["overlap"])
@@ -135,6 +136,9 @@ class _Dressing:
         return True
 
     def refusal(self, message):
+        if self.lacking is None:
+            hint = "ask for a smaller share, or for larger fines"
+            return BedError("scene", f"{message}: {_MOST} fines are the most on a grain", hint)
         layers = "1 layer" if self.layers == 1 else f"{self.layers} layers"
         return BedError(
             "scene",

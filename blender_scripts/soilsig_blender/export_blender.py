@@ -98,6 +98,8 @@ class BlenderBed:
         for surface in surfaces:
             mesh.materials.append(self.materials[surface.material])
         mesh.polygons.foreach_set("material_index", slots.astype(np.int32))
+        if hasattr(mesh, "shade_flat"):  # faces are smooth from Blender 4.1 on
+            mesh.shade_flat()
         mesh.update(calc_edges=True)
         return mesh
 

@@ -21,6 +21,8 @@ def whole(folder, name):
 def whole_folder(folder, name):
     """A new folder to fill; on success it takes its name, on failure it is removed."""
     beside = os.path.join(folder, f".{name}.part")
+    # One that was killed may have left it.
+    shutil.rmtree(beside, ignore_errors=True)
     os.makedirs(beside)
     with _renamed(beside, os.path.join(folder, name), shutil.rmtree):
         yield beside

@@ -10,7 +10,7 @@ from .hull import reduced_hull
 from .library import load, normalised
 from .polyhedron import Polyhedron, volume_and_centroid
 from .randomness import stream
-from .recipe import variant_count
+from .recipe import variant_count, whole_rounds
 from .shapes import SHAPES, measure, model
 
 # Different fines of one class; each is seated many times, turned at random.
@@ -60,7 +60,10 @@ def model_fines(packing):
             fine["diameter_um"],
             fine["material"],
             fine["share"],
-            tuple(seated_on_base(_body(fine, i, packing)) for i in range(_FINE_BODIES)),
+            tuple(
+                seated_on_base(_body(fine, i, packing))
+                for i in range(whole_rounds(_FINE_BODIES, fine["shape"]))
+            ),
         )
         for fine in packing["fines"]
     )

@@ -46,12 +46,16 @@ def load(path):
     return scene, packing
 
 
+def whole_rounds(number, shape):
+    """So many bodies of a class, of a library so many more that each of its grains is as often
+    among them."""
+    names = len(shape["library"]) if isinstance(shape, dict) else 1
+    return -(-number // names) * names
+
+
 def variant_count(packing, grain):
-    """How many different grains of a class are modelled: of a library each once at least, but no
-    more than are dropped."""
-    shape = grain["shape"]
-    wanted = max(packing["variants"], len(shape["library"]) if isinstance(shape, dict) else 0)
-    return min(wanted, grain["count"])
+    """How many different grains of a class are modelled, but no more than are dropped."""
+    return min(whole_rounds(packing["variants"], grain["shape"]), grain["count"])
 
 
 def _check_packing(packing, materials):

@@ -155,7 +155,7 @@ class World:
                 share = moved / sinking
                 at_rest = frame > 3 and share.mean() < _REST_MEAN and share.max() < _REST_WORST
                 calm = calm + 1 if at_rest else 0
-            elif fell:
+            elif fell or frame > most / 2:
                 slow = energy < _SLOW_ENERGY and speeds.max() < _SLOW_SPEED
                 if slow or frame > most / 2:
                     self._damp(_FULL_DAMPING)

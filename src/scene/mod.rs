@@ -257,6 +257,12 @@ impl Scene {
         })?;
         unique(self.materials.iter().map(|m| m.name.as_str()), "materials")?;
         for (i, material) in self.materials.iter().enumerate() {
+            let name = &material.name;
+            // Mesh files could not name it.
+            let is_plain = name.trim() == name && !name.contains(char::is_control);
+            need(is_plain, &format!("materials[{i}].name"), || {
+                format!("{name:?} begins or ends with white space, or holds a control character")
+            })?;
             material.spectrum.check(&format!("materials[{i}].spectrum"))?;
             if let Some(own) = material.temperature_k {
                 temperature(own, &format!("materials[{i}].temperature_k"))?;

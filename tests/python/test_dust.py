@@ -1,6 +1,7 @@
 """Fines on a grain: flush, clear of it and of each other, and as many as asked."""
 
 import unittest
+from unittest import mock
 
 import numpy as np
 from soilsig_blender import cover, dust, pieces, prototype
@@ -37,6 +38,12 @@ def depths(worn):
     placed = solids(worn)
     diameter = np.array([fine.diameter_um for fine in fines])[worn.kind]
     return -pieces._gaps(placed.take(i), placed.take(j)) / np.minimum(diameter[i], diameter[j])
+
+
+class Covers(unittest.TestCase):
+    def test_a_cover_that_all_fines_do_not_make_is_refused_by_their_number(self):
+        with mock.patch.object(dust, "_MOST", 8), self.assertRaisesRegex(BedError, "8 fines are"):
+            dressed({"silhouette": 0.9})
 
 
 class Seating(unittest.TestCase):

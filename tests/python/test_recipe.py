@@ -62,6 +62,13 @@ class Ribs(unittest.TestCase):
             loaded(of_library)
 
 
+class Libraries(unittest.TestCase):
+    def test_each_grain_of_a_library_is_modelled_as_often(self):
+        for names, bodies in ((1, 4), (3, 6), (4, 4), (5, 5)):
+            self.assertEqual(recipe.whole_rounds(4, {"library": list("abcde"[:names])}), bodies)
+        self.assertEqual(recipe.whole_rounds(4, "fine_35"), 4)
+
+
 def bare(packing):
     for grain in packing["grains"]:
         grain["fines"] = 0
