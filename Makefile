@@ -56,9 +56,9 @@ packings: setup ## measure what packings differ by, and what is left of the tray
 	cargo build --release
 	python3 scripts/packings.py target/release/soilsig scenes/sparse.json 24 6000
 
-tolerances: setup ## measure what planned runs cost and whether they hold (docs/performance.md)
+tolerances: setup ## measure what planned runs cost and whether they hold: an hour and a half (docs/performance.md)
 	cargo build --release
-	python3 scripts/tolerances.py target/release/soilsig scenes/sparse.json out/tolerances .02 .01 .005 .002
+	python3 scripts/tolerances.py target/release/soilsig scenes/sparse.json out/tolerances .02 .01 .005 .002 .001
 
 budgets: setup ## count how often the error budget holds, on recipes drawn at random (docs/performance.md)
 	cargo build --release

@@ -48,19 +48,27 @@ pub fn may_write(path: &Path) -> Result<(), OutputError> {
 }
 
 /// Refuses to write over what the same work reads, and to write two things to one place.
-pub fn keeps(read: &[&Path], written: &[&Path]) -> Result<(), OutputError> {
+pub fn keeps(
+    read: impl IntoIterator<Item = impl AsRef<Path>>,
+    written: impl IntoIterator<Item = impl AsRef<Path>>,
+) -> Result<(), OutputError> {
+    // Through links where there are any; a folder need not be there yet.
     let place = |path: &Path| {
-        let folder = parent(path).canonicalize().ok()?;
-        let whole = folder.join(path.file_name()?);
-        Some(whole.canonicalize().unwrap_or(whole))
+        let whole = || {
+            let folder = parent(path).canonicalize().ok()?;
+            Some(folder.join(path.file_name()?))
+        };
+        path.canonicalize().ok().or_else(whole).or_else(|| std::path::absolute(path).ok())
     };
-    let taken = |i: usize| read.iter().chain(&written[..i]).map(|other| place(other));
-    for (i, path) in written.iter().enumerate() {
-        let own = place(path);
-        if own.is_some() && taken(i).any(|other| other == own) {
+    let mut taken: Vec<Option<PathBuf>> =
+        read.into_iter().map(|path| place(path.as_ref())).collect();
+    for path in written {
+        let own = place(path.as_ref());
+        if own.is_some() && taken.contains(&own) {
             let problem = "it is read here, or something else is written to it: give another name";
-            return Err(at(path)(io::Error::other(problem)));
+            return Err(at(path.as_ref())(io::Error::other(problem)));
         }
+        taken.push(own);
     }
     Ok(())
 }
@@ -213,12 +221,14 @@ mod tests {
         std::os::unix::fs::symlink(at("table.json"), at("link")).expect("a link");
         let detour = folder.path().join(".").join("table.json");
         for written in [at("table.json"), at("link"), detour] {
-            let error = keeps(&[&at("table.json")], &[&written]).expect_err("it is read");
+            let error = keeps([at("table.json")], [written]).expect_err("it is read");
             assert!(error.to_string().contains("another name"), "{error}");
         }
-        keeps(&[&at("table.json")], &[&at("a.csv"), &at("b.csv")]).expect("all differ");
-        assert!(keeps(&[], &[&at("a.csv"), &at("a.csv")]).is_err());
-        keeps(&[Path::new("quartz_fine")], &[Path::new("out.csv")]).expect("a name is no file");
+        keeps([at("table.json")], [at("a.csv"), at("b.csv")]).expect("all differ");
+        for twice in ["a.csv", "not/yet/there.csv"] {
+            assert!(keeps([""; 0], [at(twice), at(twice)]).is_err());
+        }
+        keeps(["quartz_fine"], ["out.csv"]).expect("a name is no file");
     }
 
     #[test]

@@ -97,7 +97,8 @@ fn a_table_of_any_kind_is_read_as_it_was_written() {
             material["spectrum"] = json!({"fresnel": "quartz"});
         }
     };
-    let kinds: [(&str, &[&dyn Fn(&mut Value)]); 5] = [
+    type Edit<'a> = &'a dyn Fn(&mut Value);
+    let kinds: [(&str, &[Edit]); 5] = [
         ("order", &[&warm]),
         ("zenith", &[&by_zenith]),
         ("cosines", &[&fresnel]),
@@ -216,6 +217,41 @@ fn mirrors_under_a_sky_of_degrees_are_told_how_well_they_are_known() {
     };
     assert!(said(1.0).contains("mirrors that lie flat are known to 0.0"));
     assert!(!said(0.0).contains("mirrors"));
+}
+
+/// Narrower than a quick-look is drawn, and much longer.
+#[test]
+fn an_image_may_be_of_any_shape_and_show_bands_that_are_close() {
+    let place = Place::new();
+    let patch = shipped("settled_patch.json");
+    let args = ["image", &patch, "--out", "i", "--pixels", "1x40", "--noise", "0.5"];
+    let bands = ["--range", "8.99-9.01", "--step", "0.001", "--show", "9,9.003"];
+    place.run(&[&args[..], &bands].concat(), 0);
+    for file in [
+        "radiance.img",
+        "image.nc",
+        "false_colour.png",
+        "brightness_9.000um.png",
+        "brightness_9.003um.png",
+    ] {
+        assert!(place.path("i").join(file).is_file(), "{file}");
+    }
+}
+
+/// An exported scene that is read again lies beside what it reads.
+#[test]
+fn an_export_does_not_write_over_the_scene_that_it_is_made_of() {
+    let place = Place::new();
+    place.run(
+        &["export", &shipped("settled_patch.json"), "b", "--to", "dirsig", "--range", "8-12"],
+        0,
+    );
+    place.run(&["import", "b/scene.odb", "--out", "b/scene.json"], 0);
+    let mesh = fs::read(place.path("b/mesh_0.obj")).expect("written");
+    place.refused(&["export", "b/scene.json", "b", "--to", "dirsig", "--range", "8-12"], 1);
+    assert_eq!(fs::read(place.path("b/mesh_0.obj")).expect("still there"), mesh);
+    place.run(&["export", "b/scene.json", "c", "--to", "dirsig", "--range", "8-12"], 0);
+    place.refused(&["import", "b/scene.odb", "--out", "b/scene.odb"], 1);
 }
 
 #[test]

@@ -341,6 +341,9 @@ fn a_unit_in_the_heading_is_heard_wherever_it_stands() {
         let read = one("x.csv", text.as_bytes(), &Reading::default()).expect(heading);
         assert_eq!((read.wavelength_um, read.emissivity), (vec![8.0, 14.0], vec![0.8, 0.7]));
     }
+    let read =
+        one("x.csv", b"wavelength,reflectance (percent)\n8,20\n14,30\n", &Reading::default());
+    assert_eq!(read.expect("um is the default").emissivity, [0.8, 0.7]);
     let error = one("x.csv", b"wavelength (ly),emissivity\n8,0.2\n9,0.3\n", &Reading::default());
     assert!(error.expect_err("light years").to_string().contains("names no unit"));
 }

@@ -1,11 +1,11 @@
 //! `soilsig export`: a placed scene for other programs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use soilsig::error::Error;
 use soilsig::export::{self, To};
-use soilsig::output;
 use soilsig::scene::Scene;
+use soilsig::{ingest, output};
 
 use super::{Bands, print, usage};
 
@@ -32,6 +32,23 @@ pub fn run(args: &Args) -> Result<(), Error> {
     }
     let scene = Scene::read(&args.scene)?;
     output::folder(&args.folder)?;
+    // Names are given as meshes and materials come: none of what is read may be of their kind and in their place.
+    let endings: &[&str] = match args.to {
+        To::Dirsig => &["odb", "mat", "obj", "ems"],
+        To::Mitsuba => &["xml", "ply"],
+    };
+    let mut read = ingest::files(&scene, &args.scene)?;
+    let folder = args.scene.parent().unwrap_or(Path::new(""));
+    let spectra = scene.materials.clone();
+    for mut material in spectra {
+        read.extend(material.spectrum.file_mut().map(|file| folder.join(file)));
+    }
+    for file in &read {
+        let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        if endings.contains(&ending.as_str()) {
+            output::keeps([file], [args.folder.join(file.file_name().unwrap_or_default())])?;
+        }
+    }
     let wavelengths_um = match args.to {
         To::Dirsig => args.bands.grid().wavelengths_um(),
         To::Mitsuba => args.at.clone(),

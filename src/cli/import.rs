@@ -21,8 +21,9 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Error> {
-    output::may_write(&args.out)?;
     let mat = args.mat.clone().unwrap_or_else(|| args.odb.with_extension("mat"));
+    output::keeps([&args.odb, &mat], [&args.out])?;
+    output::may_write(&args.out)?;
     let folder = args.out.parent().unwrap_or(Path::new(""));
     let (scene, left_out) = export::import(&args.odb, &mat, folder)?;
     let mut text = serde_json::to_string_pretty(&scene).expect("plain data");

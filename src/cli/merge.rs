@@ -1,6 +1,6 @@
 //! `soilsig merge`: the tables of shards into that of the whole trace.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use soilsig::budget::{Budget, Origin};
 use soilsig::error::{Error, Status};
@@ -20,8 +20,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Outcome {
-    let tables: Vec<&Path> = args.tables.iter().map(PathBuf::as_path).collect();
-    output::keeps(&tables, &[&args.out])?;
+    output::keeps(&args.tables, [&args.out])?;
     output::may_write(&args.out)?;
     let table = merge::merge(&args.tables)?;
     table.write(&args.out)?;

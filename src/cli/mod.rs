@@ -211,6 +211,12 @@ fn spectrum_source(text: &str) -> SpectrumSource {
     }
 }
 
+/// The file that a spectrum given in words comes from, if it comes from one.
+fn file_of(text: &str) -> Option<&Path> {
+    let path = Path::new(text.strip_prefix("inverted:").unwrap_or(text));
+    path.exists().then_some(path)
+}
+
 /// How a chart is written, by its file's ending.
 enum ChartFormat {
     Svg,

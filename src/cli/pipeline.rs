@@ -26,7 +26,8 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Packings to drop: with several the result is their mean, and its interval holds the spread between
-    /// them. `auto` drops six and then as many more as the tolerance takes by their spread
+    /// them. `auto` drops a few and then as many as the tolerance takes by their spread, until their fines
+    /// touch if it has to
     #[arg(long, value_name = "N", default_value = "1", value_parser = packings)]
     packings: HowMany,
     /// Trace a field of so many particles, of which the packing is a patch: copies turned at random, not held

@@ -62,6 +62,10 @@ pub fn run(args: &Args) -> Result<(), Error> {
     let atmosphere = args.atmosphere.as_deref().map(Atmosphere::read).transpose()?;
     let known = Known { sky, atmosphere, target, assumed: args.assumptions.assumed() };
     let error = args.radiance_error.as_deref().map(|text| (text, text.parse::<f64>()));
+    let words = args.sky.iter().chain(&args.radiance_error).map(Path::new);
+    let files = words.chain([args.radiance.as_path()]).chain(args.atmosphere.as_deref());
+    let read: Vec<PathBuf> =
+        files.flat_map(|file| Cube::files(file).into_iter().chain([file.to_owned()])).collect();
     let ending = args.radiance.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     if ending == "csv" {
         let error = match error {
@@ -71,9 +75,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
                 "--radiance-error {text}: for a CSV file it must be a number, 0 or more"
             )),
         };
-        if let Some(out) = &args.out {
-            output::keeps(&[&args.radiance], &[out])?;
-        }
+        output::keeps(read, &args.out)?;
         let spectrum = retrieve::spectrum(&args.radiance, error, &known)?;
         match &args.out {
             Some(path) => output::bytes(path, spectrum.csv_text().as_bytes())?,
@@ -86,7 +88,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
     if out.extension().is_none_or(|ending| ending != "img") {
         usage(&format!("{}: images are written as .img, with their .hdr beside", out.display()));
     }
-    output::keeps(&[&args.radiance], &[out])?;
+    output::keeps(read, retrieve::Image::files(out))?;
     let cube = Cube::read(&args.radiance)?;
     let error = match error {
         None => ImageError::One(0.0),

@@ -12,7 +12,7 @@ use soilsig::spectrum::Spectrum;
 use soilsig::table::Table;
 use soilsig::{plot, remarks, report, signature, words};
 
-use super::{Assumptions, Bands, ChartFormat, print, spectra, spectrum_source, usage};
+use super::{Assumptions, Bands, ChartFormat, file_of, print, spectra, spectrum_source, usage};
 
 /// Evaluates bounce tables: emissivity and radiance by band, without tracing again
 #[derive(clap::Args)]
@@ -52,18 +52,11 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Error> {
-    let words = args.spectra.iter().filter_map(|given| given.split_once('=')).map(|(_, file)| file);
-    let words = words.chain(args.beside.iter().map(String::as_str)).chain(args.sky.as_deref());
-    let read: Vec<&Path> = args
-        .tables
-        .iter()
-        .chain(&args.atmosphere)
-        .map(PathBuf::as_path)
-        .chain(words.map(Path::new))
-        .collect();
-    let written: Vec<&Path> =
-        [&args.out, &args.plot, &args.budget].into_iter().flatten().map(PathBuf::as_path).collect();
-    output::keeps(&read, &written)?;
+    let given = args.spectra.iter().filter_map(|given| given.split_once('=')).map(|(_, text)| text);
+    let given = given.chain(args.beside.iter().map(String::as_str)).filter_map(file_of);
+    let read = args.tables.iter().chain(&args.atmosphere).map(PathBuf::as_path).chain(given);
+    let read = read.chain(args.sky.as_deref().map(Path::new));
+    output::keeps(read, [&args.out, &args.plot, &args.budget].into_iter().flatten())?;
     let wavelengths_um = args.bands.grid().wavelengths_um();
     let format = args.plot.as_deref().map(ChartFormat::of);
     let resolve = |text: &String| Spectrum::resolve(&spectrum_source(text), Path::new(""));

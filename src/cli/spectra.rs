@@ -13,7 +13,7 @@ use soilsig::spectrum::format::{self, Format, Reading};
 use soilsig::spectrum::resample::{Response, resampling_error};
 use soilsig::spectrum::{self, Quantity, Spectrum, SpectrumError};
 
-use super::{ChartFormat, print, range, spectrum_source, usage};
+use super::{ChartFormat, file_of, print, range, spectrum_source, usage};
 
 /// Lists, shows, plots, converts and checks spectra
 #[derive(clap::Args)]
@@ -326,14 +326,10 @@ fn check(input: &Input) -> Result<(), Error> {
 
 impl Convert {
     fn run(&self) -> Result<(), Error> {
-        let read: Vec<&Path> = self
-            .input
-            .spectra
-            .iter()
-            .map(Path::new)
-            .chain(self.response.iter().map(PathBuf::as_path))
-            .collect();
-        output::keeps(&read, &[&self.out])?;
+        let files = self.input.spectra.iter().filter_map(|text| file_of(text));
+        let files = files.chain(self.response.iter().map(PathBuf::as_path));
+        let read: Vec<Vec<PathBuf>> = files.map(format::files).collect::<Result<_, _>>()?;
+        output::keeps(read.concat(), [self.out.clone(), self.out.with_extension("hdr")])?;
         let spectra = self.input.read(self.width.unwrap_or(0.0))?;
         for spectrum in &spectra {
             if let Spectrum::Tabulated(points) = spectrum {

@@ -65,7 +65,7 @@ pub fn run(args: &Args) -> Outcome {
     let mut scene = Scene::read(&args.scene)?;
     scene.seed = args.seed.unwrap_or(scene.seed);
     // A place that cannot be written to is known before the work, not after it.
-    output::keeps(&[&args.scene], &[&args.out])?;
+    output::keeps([&args.scene], [&args.out])?;
     output::may_write(&args.out)?;
     let target = Target {
         max_paths: args.enough.max_paths,

@@ -1,7 +1,7 @@
 //! ENVI images: the numbers band by band in a .img file, what they mean in the .hdr beside it.
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::Cube;
 use crate::envi::{EnviError, Header, pair};
@@ -57,6 +57,11 @@ impl ImageHeader<'_> {
 }
 
 impl Cube {
+    /// The data and the header of an image that is named by either.
+    pub fn files(path: &Path) -> [PathBuf; 2] {
+        pair(path, &ENDINGS).into()
+    }
+
     /// Reads an ENVI image of single or double precision in any interleave; `path` is the data or its .hdr. Bands that the
     /// header calls bad and numbers to be ignored are not known.
     ///
@@ -105,11 +110,12 @@ impl Cube {
                 other => return Err(wrong(format!("interleave {other} is not bsq, bil or bip"))),
             };
         let wavelengths_um: Vec<f64> = wavelengths.iter().map(|&value| unit.um(value)).collect();
-        if let Some(um) = wavelengths_um.iter().find(|um| !(um.is_finite() && **um > 0.0)) {
+        let good = wavelengths_um.iter().zip(&is_good).filter(|(_, good)| **good != 0.0);
+        let mut ascending: Vec<f64> = good.map(|(um, _)| *um).collect();
+        ascending.sort_by(f64::total_cmp);
+        if let Some(um) = ascending.iter().find(|um| !(um.is_finite() && **um > 0.0)) {
             return Err(wrong(format!("a wavelength of {um} um is none")));
         }
-        let mut ascending = wavelengths_um.clone();
-        ascending.sort_by(f64::total_cmp);
         if let Some([um, _]) = ascending.windows(2).find(|pair| pair[0] == pair[1]) {
             return Err(wrong(format!("two bands are at {um} um: leave one of them out")));
         }
@@ -244,6 +250,10 @@ mod tests {
         let read = Cube::read(&path).expect("an image");
         assert!(read.data[3].is_nan());
         assert_eq!(read.data.iter().filter(|value| value.is_nan()).count(), 1);
+        // Bad bands need no wavelength.
+        let bad = header.replace("9.5", "0") + "bbl = {1, 0, 1, 1}\n";
+        std::fs::write(&header_path, bad).expect("written");
+        assert!(Cube::read(&path).expect("an image").band(1).iter().all(|value| value.is_nan()));
         let twice = header.replace("9.5", "8.25");
         assert_ne!(twice, header);
         std::fs::write(&header_path, twice).expect("written");

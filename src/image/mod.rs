@@ -12,6 +12,7 @@ mod netcdf;
 mod pixel;
 mod quicklook;
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -218,8 +219,8 @@ pub fn make(
     made.reached /= met;
     made.capped /= met;
     made.empty /= all;
-    shown.write(&scene.name, columns, &names, out)?;
     files.done()?;
+    shown.write(&scene.name, columns, &names, out)?;
     Ok(made)
 }
 
@@ -413,10 +414,17 @@ impl<'a> Shown<'a> {
         let names = self.colours.map(|band| format!("{:.2} um", centre(band)));
         let what = "apparent emissivity (Eq. 3)";
         look.false_colour(&self.channels, &names, what, &out.join("false_colour.png"))?;
+        let centres = self.bands_shown.iter().map(|&band| centre(band));
+        // As many places as tell the bands apart.
+        let named = |places: usize| -> BTreeSet<String> {
+            centres.clone().map(|um| format!("{um:.places$}")).collect()
+        };
+        let places =
+            (2..9).find(|&places| named(places).len() == self.bands_shown.len()).unwrap_or(9);
         for (values, &band) in self.brightness_k.iter().zip(&self.bands_shown) {
             let um = centre(band);
-            let what = format!("brightness temperature at {um:.2} um");
-            let file = out.join(format!("brightness_{um:.2}um.png"));
+            let what = format!("brightness temperature at {um:.places$} um");
+            let file = out.join(format!("brightness_{um:.places$}um.png"));
             look.scaled(values, &what, "K", 1, &file)?;
         }
         look.materials(&self.materials, materials, &out.join("materials.png"))?;

@@ -14,6 +14,8 @@ const LEAST_WIDTH: usize = 512;
 const MARGIN: usize = 12;
 /// Room for what is written below.
 const CAPTION: usize = 58;
+/// Of the longest picture that can be written what is left beside margins and caption, in whole hundreds.
+const MOST_SIDE: usize = 16_200;
 const TEXT: f64 = 14.0;
 /// Of all numbers the darkest and the brightest hundredth are beyond the scale.
 const BEYOND: f64 = 0.01;
@@ -144,12 +146,16 @@ impl Look<'_> {
         path: &Path,
         caption: impl FnOnce(&mut Svg, [f64; 3]),
     ) -> Result<(), Error> {
-        let times = LEAST_WIDTH.div_ceil(self.columns);
         let lines = pixels.len() / self.columns;
-        let mut image = Canvas::new(times * self.columns, times * lines, UNKNOWN);
+        // No side is longer than a picture may be: of larger images one pixel of several is drawn.
+        let longest = lines.max(self.columns);
+        let times = LEAST_WIDTH.div_ceil(self.columns).min(MOST_SIDE / longest).max(1);
+        let coarser = longest.div_ceil(MOST_SIDE);
+        let [width, height] = [self.columns, lines].map(|side| side.div_ceil(coarser) * times);
+        let mut image = Canvas::new(width, height, UNKNOWN);
         for (at, rgb) in image.rgb.chunks_exact_mut(3).enumerate() {
-            let (x, y) = (at % (times * self.columns), at / (times * self.columns));
-            rgb.copy_from_slice(&pixels[y / times * self.columns + x / times]);
+            let [x, y] = [at % width, at / width].map(|at| at / times * coarser);
+            rgb.copy_from_slice(&pixels[y * self.columns + x]);
         }
         let size = [image.width + 2 * MARGIN, image.height + 2 * MARGIN + CAPTION];
         let mut canvas = Canvas::new(size[0], size[1], [255; 3]);

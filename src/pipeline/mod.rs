@@ -324,10 +324,8 @@ impl<'a> Run<'a> {
 
     /// Refuses to write these files over what the run reads.
     fn keeps_inputs(&self, files: &[&str]) -> Result<(), Error> {
-        let read: Vec<&Path> = self.record.inputs.keys().map(Path::new).collect();
-        let written: Vec<PathBuf> = files.iter().map(|file| self.place(file)).collect();
-        let written: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
-        Ok(output::keeps(&read, &written)?)
+        let written = files.iter().map(|file| self.place(file));
+        Ok(output::keeps(self.record.inputs.keys(), written)?)
     }
 
     /// Notes a file that was written.

@@ -107,6 +107,13 @@ pub fn image(cube: &Cube, error: &ImageError, known: &Known) -> Result<Image, Er
     })
 }
 
+/// Where what belongs to an image of emissivity goes: its standard error, the brightness temperature, the target's.
+fn beside(path: &Path) -> [PathBuf; 3] {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    ["standard_error", "brightness_temperature", "temperature"]
+        .map(|what| path.with_file_name(format!("{stem}_{what}.img")))
+}
+
 impl Pixel {
     /// Makes room for the bands in which nothing was measured.
     fn spread(&mut self, um: &[f64], measured: &[Measured]) {
@@ -171,18 +178,20 @@ fn statement(pixels: &[Pixel], known: &Known) -> String {
 }
 
 impl Image {
+    /// The files that [`Image::write`] writes.
+    pub fn files(path: &Path) -> Vec<PathBuf> {
+        let images = [path.to_owned()].into_iter().chain(beside(path));
+        images.flat_map(|image| [image.with_extension("hdr"), image]).collect()
+    }
+
     /// Writes the emissivity to `path` and, with names that go on from its, the standard error, the brightness
     /// temperature and the target's temperature: each an ENVI image.
     pub fn write(&self, path: &Path) -> Result<(), Error> {
-        let beside = |what: &str| -> PathBuf {
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-            path.with_file_name(format!("{stem}_{what}.img"))
-        };
+        let [standard_error, brightness, of_temperature] = beside(path);
         self.emissivity.write(path, "emissivity")?;
-        self.standard_error.write(&beside("standard_error"), "standard error of the emissivity")?;
-        self.brightness_temperature_k
-            .write(&beside("brightness_temperature"), "brightness temperature, K")?;
-        let path = beside("temperature");
+        self.standard_error.write(&standard_error, "standard error of the emissivity")?;
+        self.brightness_temperature_k.write(&brightness, "brightness temperature, K")?;
+        let path = of_temperature;
         let bands = [0, 1].map(|part| self.temperature_k.iter().map(move |t| t[part]));
         let data: Vec<u8> = bands.into_iter().flatten().flat_map(f32::to_le_bytes).collect();
         let header = ImageHeader {

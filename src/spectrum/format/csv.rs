@@ -26,8 +26,11 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
             if !reading.is_response {
                 refuse_transmission(path, line)?;
             }
-            let named = Unit::named(fields[0]).or_else(|| Unit::named(line));
-            if named.is_none() && line.contains(['(', '[']) {
+            // Where white space parts columns the unit may stand apart.
+            let apart = fields.get(1).filter(|field| field.starts_with(['(', '[']));
+            let wavelength = [fields[0]].into_iter().chain(apart.copied()).collect::<String>();
+            let named = Unit::named(&wavelength);
+            if named.is_none() && wavelength.contains(['(', '[']) {
                 return Err(wrong(
                     path,
                     i,
