@@ -75,6 +75,9 @@ fn a_table_is_evaluated_with_other_spectra_without_tracing() {
     assert!(level(&["--spectrum", "fine=quartz_coarse"]) < level(&[]));
 }
 
+/// A change of a scene file.
+type Edit<'a> = &'a dyn Fn(&mut Value);
+
 /// Whatever a table keeps of a path: order, zenith angle, cosines.
 #[test]
 fn a_table_of_any_kind_is_read_as_it_was_written() {
@@ -97,7 +100,6 @@ fn a_table_of_any_kind_is_read_as_it_was_written() {
             material["spectrum"] = json!({"fresnel": "quartz"});
         }
     };
-    type Edit<'a> = &'a dyn Fn(&mut Value);
     let kinds: [(&str, &[Edit]); 5] = [
         ("order", &[&warm]),
         ("zenith", &[&by_zenith]),
