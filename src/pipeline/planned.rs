@@ -60,8 +60,7 @@ impl Run<'_> {
             let left_out = depth.map_or(0.0, |depth: Depth| depth.change);
             let found = plan_of(&tables, &packing, wavelengths_um, tolerance, left_out)?;
             let plan = Plan { depth, touching: touching || found.touching, ..found };
-            // Where many are wanted, a pilot of hulls costs little beside them and tells more.
-            if std::mem::take(&mut looking) && !(plan.touching && plan.wanted <= FEW) {
+            if std::mem::take(&mut looking) && !plan.touching {
                 self.call_pilot(begun);
                 self.packings = PILOT;
                 continue;
