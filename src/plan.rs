@@ -25,7 +25,7 @@ const LARGER_PILOT: usize = 24;
 
 /// What a bed whose fines touch costs, in beds dropped as hulls, start of Blender and tracing included (docs/performance.md).
 /// Fixed, so that a plan does not depend on the machine.
-const COST: f64 = 2.0;
+const COST: f64 = 2.5;
 
 /// How many packings a tolerance takes, by a pilot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
