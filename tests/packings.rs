@@ -153,12 +153,11 @@ fn fines_are_dropped_until_they_touch_where_the_tolerance_has_no_room_for_hulls(
     assert!(reached["budget"]["apart"].is_null());
     let bed = json(&folder.path().join("r/packings/1/drop.json"));
     assert_eq!(bed["attempts"][0]["settings"]["collision"], "hull_then_fines");
-    // Two hulls told that: they are not part of the result, and the record says so. None are dropped after them.
+    // Two hulls told that: they are not part of the result, and the record says so. No pilot of six hulls lies between them and the depth.
     let stages = record["stages"].as_array().expect("a list");
     let names: Vec<&str> = stages.iter().filter_map(|stage| stage["name"].as_str()).collect();
     let looked = ["pilot drop", "pilot trace", "pilot depth"];
     assert!(names.starts_with(&looked), "{names:?}");
-    assert!(names[3..].iter().step_by(2).all(|name| name.ends_with("drop")), "{names:?}");
 }
 
 /// A bed more than twice as deep as rays get: the beds whose fines touch, which cost the most, have no such depth.
