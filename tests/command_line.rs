@@ -221,6 +221,28 @@ fn mirrors_under_a_sky_of_degrees_are_told_how_well_they_are_known() {
     assert!(!said(0.0).contains("mirrors"));
 }
 
+/// Before Blender is looked for.
+#[test]
+fn a_run_does_not_write_over_its_own_recipe_or_spectrum() {
+    let place = Place::new();
+    let mut scene: Value =
+        serde_json::from_slice(&fs::read(shipped("small.json")).expect("shipped")).expect("JSON");
+    scene["materials"][0]["spectrum"] = json!({"file": "budget.csv"});
+    fs::create_dir(place.path("o")).expect("made");
+    fs::write(place.path("o/budget.csv"), "7,0.9\n15,0.9\n").expect("written");
+    for (recipe, inputs) in [("o/mine.json", "budget.csv"), ("o/scene.json", "scene.json")] {
+        if inputs == "scene.json" {
+            scene["materials"][0]["spectrum"] = json!({"constant": 0.9});
+        }
+        fs::write(place.path(recipe), scene.to_string()).expect("written");
+        let args = ["pipeline", "--scene", recipe, "--out", "o", "--blender", "/no/such/blender"];
+        let err = place.refused(&args, 1);
+        assert!(err.contains(inputs) && err.contains("another name"), "{err}");
+        assert_eq!(fs::read_to_string(place.path(recipe)).expect("there"), scene.to_string());
+    }
+    assert!(fs::read_to_string(place.path("o/budget.csv")).expect("there").starts_with("7,0.9"));
+}
+
 /// Narrower than a quick-look is drawn, and much longer.
 #[test]
 fn an_image_may_be_of_any_shape_and_show_bands_that_are_close() {

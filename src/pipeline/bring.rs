@@ -24,6 +24,8 @@ impl Run<'_> {
         library: Option<&Library>,
         path: &Path,
     ) -> Result<Vec<Bed>, Error> {
+        // A recipe may be called as the settled bed is.
+        self.keeps_inputs(&[&self.of_packing(0, "scene.json")])?;
         let step = Step::new(&self.key("drop"));
         let blender = blender::find(self.options.blender.as_deref(), self.cache.blenders())?;
         if let Some(warning) = blender.warning() {
@@ -58,8 +60,6 @@ impl Run<'_> {
         };
         let log = |i: usize| self.place(&self.of_packing(i, "blender.log"));
         let made = order.beds(self.cache, &log, &step)?;
-        // A recipe may be called as the settled bed is.
-        self.keeps_inputs(&[&self.of_packing(0, "scene.json")])?;
         self.begin_to_write()?;
         let mut beds = Vec::new();
         for (i, made) in made.iter().enumerate() {

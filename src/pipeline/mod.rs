@@ -228,6 +228,8 @@ impl<'a> Run<'a> {
                 self.record.inputs.insert(file.display().to_string(), sum);
             }
         }
+        // Before any work is done.
+        self.keeps_inputs(&WRITTEN)?;
         self.record.seeds.insert(self.key("rays"), scene.seed);
         let mut beds = match scene.geometry.clone() {
             SceneGeometry::Packing(packing) => {
@@ -318,7 +320,6 @@ impl<'a> Run<'a> {
 
     /// From here on the folder holds parts of this run: an earlier record no longer speaks for it.
     fn begin_to_write(&self) -> Result<(), Error> {
-        self.keeps_inputs(&WRITTEN)?;
         Ok(output::remove(&self.out.join("run.json"))?)
     }
 
