@@ -206,6 +206,7 @@ def evaluated(tables, reflectances):
             np.add.at(counts, state, 1)
         number = np.array([n for _, n in states])
         whole = sum(n for kind in ("escaped", "trapped") for _, c in histogram[kind] for _, n in c)
+        whole += sum(n for _, n in histogram["ended"])
         curves.append([1 - np.exp(np.log(r) @ hits.T) @ number / whole for r in reflectances])
     return np.mean(curves, 0)
 

@@ -340,6 +340,7 @@ mod tests {
             parts: PARTS,
             escaped: vec![of(1), of(2)],
             trapped: Vec::new(),
+            ended: Vec::new(),
         }
     }
 

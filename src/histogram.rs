@@ -8,10 +8,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::packings::quantile_95;
 use crate::random::REPLICATES;
-use crate::tally::{Counts, Kept, PARTS, State, Tally};
+use crate::tally::{ByCell, Counts, Ended, Kept, PARTS, State, Tally};
 
 /// A state and, for each replicate that has any, how many parts of its paths ended in it.
-pub type Counted = (State, Vec<(u16, u64)>);
+pub type Counted = (State, Vec<(u16, i64)>);
 
 /// How many parts of the paths of each replicate ended in which state.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,6 +25,9 @@ pub struct Histogram {
     pub escaped: Vec<Counted>,
     /// States of those that were given up, in lexical order.
     pub trapped: Vec<Counted>,
+    /// Parts of paths that Russian roulette ended, less those that it added, by replicate: with them the others add up to
+    /// the paths. They bring nothing to the sky.
+    pub ended: Vec<(u16, i64)>,
 }
 
 /// A mean over paths and how far it is known.
@@ -47,7 +50,7 @@ impl Mean {
 }
 
 /// Quantile of Student's t for two-sided 95 % with a degree of freedom less than there are replicates.
-pub const T_95: f64 = 2.039_513_446;
+pub const T_95: f64 = 2.131_449_546;
 
 /// Radiance that reaches the sensor, W m-2 sr-1 um-1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,22 +114,24 @@ const POWERS: usize = 64;
 impl Histogram {
     /// The histogram of a tally.
     pub fn of(tally: &Tally) -> Self {
-        Self::grouped(tally.kept(), &tally.escaped, &tally.trapped)
+        Self::grouped(tally.kept(), &tally.escaped, &tally.trapped, &tally.ended)
     }
 
     /// The same with the cells of the view in place of replicates; `None` where the view has none.
     pub fn by_cell(tally: &Tally) -> Option<Self> {
-        let [escaped, trapped] = &tally.by_cell;
-        let any = !escaped.is_empty() || !trapped.is_empty();
-        any.then(|| Self::grouped(tally.kept(), escaped, trapped))
+        let ByCell { escaped, trapped, ended } = &tally.by_cell;
+        let any = !escaped.is_empty() || !trapped.is_empty() || !ended.is_empty();
+        any.then(|| Self::grouped(tally.kept(), escaped, trapped, ended))
     }
 
-    fn grouped(kept: Kept, escaped: &Counts, trapped: &Counts) -> Self {
-        Self { kept, parts: PARTS, escaped: grouped(escaped), trapped: grouped(trapped) }
+    fn grouped(kept: Kept, escaped: &Counts, trapped: &Counts, ended: &Ended) -> Self {
+        let ended = ended.iter().map(|(&group, &parts)| (group, parts)).collect();
+        Self { kept, parts: PARTS, escaped: grouped(escaped), trapped: grouped(trapped), ended }
     }
 
     /// Puts the counts back as they were before they were grouped.
-    pub(crate) fn ungroup(&self, escaped: &mut Counts, trapped: &mut Counts) {
+    pub(crate) fn ungroup(&self, escaped: &mut Counts, trapped: &mut Counts, ended: &mut Ended) {
+        ended.extend(self.ended.iter().copied());
         for (into, from) in [(escaped, &self.escaped), (trapped, &self.trapped)] {
             for (state, counts) in from {
                 for &(replicate, count) in counts {
@@ -138,14 +143,16 @@ impl Histogram {
     }
 
     /// A histogram of no path.
-    pub const fn empty(kept: Kept) -> Self {
-        Self { kept, parts: PARTS, escaped: Vec::new(), trapped: Vec::new() }
+    pub fn empty(kept: Kept) -> Self {
+        let none = Vec::new;
+        Self { kept, parts: PARTS, escaped: none(), trapped: none(), ended: Vec::new() }
     }
 
     /// As JSON of an object one level deep in another, one state a line.
     pub(crate) fn json(&self) -> String {
         let plain = "a histogram is plain data";
         let kept = serde_json::to_string(&self.kept).expect(plain);
+        let ended = serde_json::to_string(&self.ended).expect(plain);
         let [escaped, trapped] = [&self.escaped, &self.trapped].map(|states| {
             let lines: Vec<String> = states
                 .iter()
@@ -155,7 +162,7 @@ impl Histogram {
             format!("[{}{end}]", lines.join(","))
         });
         format!(
-            "{{\n    \"kept\": {kept},\n    \"parts\": {},\n    \"escaped\": {escaped},\n    \"trapped\": {trapped}\n  }}",
+            "{{\n    \"kept\": {kept},\n    \"parts\": {},\n    \"escaped\": {escaped},\n    \"trapped\": {trapped},\n    \"ended\": {ended}\n  }}",
             self.parts
         )
     }
@@ -179,7 +186,7 @@ impl Histogram {
 
     /// How many paths it holds.
     pub fn paths(&self) -> f64 {
-        (sum(&self.escaped) + sum(&self.trapped)) as f64 / self.parts as f64
+        self.met_by_group().map(|(_, parts)| parts).sum::<i64>() as f64 / self.parts as f64
     }
 
     /// How many paths were given up, those in part by their share.
@@ -190,7 +197,9 @@ impl Histogram {
     /// Whether both count the same paths, in whatever groups.
     pub(crate) fn counts_as(&self, other: &Self) -> bool {
         let alike = |ours: &[Counted], theirs: &[Counted]| totals(ours).eq(totals(theirs));
+        let ended = |of: &Self| of.ended.iter().map(|(_, parts)| parts).sum::<i64>();
         self.kept == other.kept
+            && ended(self) == ended(other)
             && alike(&self.escaped, &other.escaped)
             && alike(&self.trapped, &other.trapped)
     }
@@ -212,10 +221,12 @@ impl Histogram {
                 hits.len() == materials
             }
         };
-        for (_, counts) in self.escaped.iter().chain(&self.trapped) {
-            if counts.iter().any(|(group, _)| usize::from(*group) >= groups) {
-                return Err(format!("a replicate or cell is not within 0 to {}", groups - 1));
-            }
+        if self.met_by_group().any(|(group, _)| usize::from(group) >= groups) {
+            return Err(format!("a replicate or cell is not within 0 to {}", groups - 1));
+        }
+        let states = self.escaped.iter().chain(&self.trapped);
+        if states.flat_map(|(_, counts)| counts).any(|(_, count)| *count < 0) {
+            return Err("a count is below 0".into());
         }
         // A path may be given up before its first hit, and reaches no sky before it.
         let escaped = self.escaped.iter().all(|(state, _)| {
@@ -225,18 +236,25 @@ impl Histogram {
         if !escaped || !self.trapped.iter().all(|(state, _)| sound(state)) {
             return Err("a state does not fit the materials and what is kept of a path".into());
         }
+        if kept.order && !self.ended.is_empty() {
+            return Err("paths that keep the order of hits are not ended by chance".into());
+        }
         Ok(())
     }
 
-    /// Parts of paths that ended in a state, by replicate.
+    /// Parts of paths that met the target, by replicate.
     pub(crate) fn met(&self) -> [f64; REPLICATES] {
         let mut met = [0.0; REPLICATES];
-        for (_, counts) in self.escaped.iter().chain(&self.trapped) {
-            for &(replicate, count) in counts {
-                met[usize::from(replicate)] += count as f64;
-            }
+        for (replicate, parts) in self.met_by_group() {
+            met[usize::from(replicate)] += parts as f64;
         }
         met
+    }
+
+    /// All counts, by replicate or cell.
+    fn met_by_group(&self) -> impl Iterator<Item = (u16, i64)> {
+        let states = self.escaped.iter().chain(&self.trapped).flat_map(|(_, counts)| counts);
+        states.chain(&self.ended).copied()
     }
 
     /// The mean weight that paths bring to the sky, for a reflectance of each symbol.
@@ -326,6 +344,9 @@ impl Histogram {
             all_emitted.add(counts, own + weight * facets.2, weight * (facets.1 - facets.2));
             all_reflected.add(counts, weight * sky.2, weight * (sky.1 - sky.2));
         }
+        // Of what never reaches the sky facets emit all; where paths may be ended they are of one temperature.
+        target.add(&self.ended, l_blackbody[0], 0.0);
+        all_emitted.add(&self.ended, l_blackbody[0], 0.0);
         let met = self.met();
         Radiance {
             l_emitted: all_emitted.mean(&met, facets.1),
@@ -335,17 +356,17 @@ impl Histogram {
     }
 }
 
-fn totals(counted: &[Counted]) -> impl Iterator<Item = (&State, u64)> {
+fn totals(counted: &[Counted]) -> impl Iterator<Item = (&State, i64)> {
     counted.iter().map(|(state, of)| (state, of.iter().map(|(_, count)| count).sum()))
 }
 
-fn sum(counted: &[Counted]) -> u64 {
+fn sum(counted: &[Counted]) -> i64 {
     totals(counted).map(|(_, count)| count).sum()
 }
 
 fn grouped(counts: &Counts) -> Vec<Counted> {
     // By whole keys a state would be torn apart by those that it begins.
-    let mut list: Vec<(&[u16], u16, u64)> = Vec::with_capacity(counts.len());
+    let mut list: Vec<(&[u16], u16, i64)> = Vec::with_capacity(counts.len());
     for (key, &count) in counts {
         let (&replicate, state) = key.split_last().expect("a key ends with its replicate");
         list.push((state, replicate, count));
@@ -396,7 +417,7 @@ impl Sums {
         Self { value: [0.0; REPLICATES], open: 0.0 }
     }
 
-    fn add(&mut self, counts: &[(u16, u64)], value: f64, open: f64) {
+    fn add(&mut self, counts: &[(u16, i64)], value: f64, open: f64) {
         for &(replicate, count) in counts {
             self.value[usize::from(replicate)] += count as f64 * value;
             self.open += count as f64 * open;
@@ -436,12 +457,13 @@ mod tests {
     #[test]
     fn a_path_may_be_given_up_before_its_first_hit_and_reach_no_sky_from_nowhere() {
         let kept = Kept { order: true, ..Kept::PLAIN };
-        let nowhere = vec![(state(&[]), vec![(0, PARTS)])];
+        let nowhere = vec![(state(&[]), vec![(0, PARTS as i64)])];
         let of = |escaped: Vec<Counted>, trapped: Vec<Counted>| Histogram {
             kept,
             parts: PARTS,
             escaped,
             trapped,
+            ended: Vec::new(),
         };
         let given_up = of(Vec::new(), nowhere.clone());
         assert_eq!(given_up.check(1, 32), Ok(()));
@@ -470,6 +492,7 @@ mod tests {
                 (state(&[1, 0]), vec![(0, 6), (1, 6)]),
             ],
             trapped: vec![(state(&[2, 0]), vec![(1, 4)])],
+            ended: Vec::new(),
         };
         let weight = histogram.weight(&[0.5, 0.2]);
         let sums: [f64; 2] = [4.0 * 0.2 + 6.0 * 0.5, 20.0 * 0.2 + 6.0 * 0.5 + 4.0 * 0.125];
@@ -482,6 +505,25 @@ mod tests {
         assert_eq!((histogram.paths(), histogram.given_up()), (8.0, 0.8));
     }
 
+    /// Two paths of one hit, and one that had two: its equal was ended, it stands for both.
+    #[test]
+    fn what_chance_ended_brings_nothing_and_counts_all_the_same() {
+        let histogram = Histogram {
+            parts: 1,
+            kept: Kept::PLAIN,
+            escaped: vec![(state(&[1]), vec![(0, 1), (1, 1)]), (state(&[2]), vec![(1, 2)])],
+            trapped: Vec::new(),
+            ended: vec![(0, 1), (1, -1)],
+        };
+        assert_eq!((histogram.paths(), histogram.mean_hits()), (4.0, 1.5));
+        assert_eq!(histogram.weight(&[0.5]).mean, (2.0 * 0.5 + 2.0 * 0.25) / 4.0);
+        let sources = Sources { reflectance: &[0.5], l_blackbody: &[8.0], l_sky: &[2.0] };
+        let radiance = histogram.radiance(sources);
+        // Of four paths two reflect a half and two a quarter, of which one never came back.
+        assert_eq!(radiance.l_reflected.mean, 0.375 * 2.0);
+        assert_eq!(radiance.l_emitted.mean, 0.625 * 8.0);
+    }
+
     #[test]
     fn one_replicate_tells_nothing_of_the_spread() {
         let histogram = Histogram {
@@ -489,6 +531,7 @@ mod tests {
             kept: Kept::PLAIN,
             escaped: vec![(state(&[1]), vec![(3, 1000)])],
             trapped: Vec::new(),
+            ended: Vec::new(),
         };
         assert_eq!(histogram.weight(&[0.5]).standard_error, 0.5);
     }
@@ -503,6 +546,7 @@ mod tests {
             parts: PARTS,
             escaped: vec![(state(&[0, 1]), vec![(0, 1)]), (state(&[0, 1, 0, 0]), vec![(1, 1)])],
             trapped: Vec::new(),
+            ended: Vec::new(),
         };
         let (rho, l, sky) = ([0.5, 0.2], [10.0, 20.0], [1.0, 3.0]);
         let sources = Sources { reflectance: &rho, l_blackbody: &l, l_sky: &sky };
@@ -523,6 +567,7 @@ mod tests {
             parts: PARTS,
             escaped: Vec::new(),
             trapped: vec![(state(&[0]), vec![(0, 1), (1, 1)])],
+            ended: Vec::new(),
         };
         let sources = Sources { reflectance: &[0.5], l_blackbody: &[8.0], l_sky: &[12.0] };
         let radiance = histogram.radiance(sources);

@@ -12,7 +12,7 @@ use crate::course::Facet;
 pub type State = Box<[u16]>;
 
 /// How many parts of paths took each course.
-pub type Counts = FxHashMap<State, u64>;
+pub type Counts = FxHashMap<State, i64>;
 
 /// Bins of the cosine between a ray and the facet's normal, where a reflectance depends on it.
 pub const COSINES: u16 = 64;
@@ -71,6 +71,9 @@ pub const PARTS: u64 = 5;
 /// Cells of the view along x and along y: a bed's own parts, whose spread tells what such beds differ by.
 pub const CELLS: u16 = 4;
 
+/// Parts of paths that Russian roulette ended, less those that it added, by replicate or cell.
+pub type Ended = BTreeMap<u16, i64>;
+
 /// Counts over some paths. Integers throughout, so that parts add up to the same whole in any
 /// order.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -84,8 +87,10 @@ pub struct Tally {
     pub escaped: Counts,
     /// Parts of paths that were given up, in the same form.
     pub trapped: Counts,
-    /// Both again, escaped and trapped, with the cell of the view that the path began in in place of the replicate.
-    pub by_cell: [Counts; 2],
+    /// What makes both add up to the paths.
+    pub ended: Ended,
+    /// All again with the cell of the view that the path began in in place of the replicate.
+    pub by_cell: ByCell,
     /// Parts of paths that left for the sky downward, past the target's lower side.
     pub escaped_downward: u64,
     /// What the sensor sees: first hits on each material.
@@ -96,6 +101,17 @@ pub struct Tally {
     /// Surfaces hit in all.
     pub hits: u64,
     current: Current,
+}
+
+/// Counts by the cells of the view.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ByCell {
+    /// Parts of paths that reached the sky.
+    pub escaped: Counts,
+    /// Parts of paths that were given up.
+    pub trapped: Counts,
+    /// What makes both add up to the paths.
+    pub ended: Ended,
 }
 
 /// The path that is under way.
@@ -121,7 +137,8 @@ impl Tally {
             missed: 0,
             escaped: Counts::default(),
             trapped: Counts::default(),
-            by_cell: [Counts::default(), Counts::default()],
+            ended: Ended::new(),
+            by_cell: ByCell::default(),
             escaped_downward: 0,
             first_hits: vec![0; materials],
             inside: BTreeMap::new(),
@@ -194,13 +211,19 @@ impl Tally {
         self.escaped_downward += if cosine < 0.0 { parts } else { 0 };
         let zenith = (self.kept.zeniths > 1)
             .then(|| bin(self.kept.zeniths, cosine.clamp(0.0, 1.0).acos() / FRAC_PI_2));
-        self.current.count(self.kept, zenith, parts, &mut self.escaped, &mut self.by_cell[0]);
+        self.current.count(
+            self.kept,
+            zenith,
+            parts as i64,
+            &mut self.escaped,
+            &mut self.by_cell.escaped,
+        );
     }
 
     /// What is left of the current path is given up.
     pub(crate) fn trapped(&mut self) {
-        let parts = self.current.parts;
-        self.current.count(self.kept, None, parts, &mut self.trapped, &mut self.by_cell[1]);
+        let parts = self.current.parts as i64;
+        self.current.count(self.kept, None, parts, &mut self.trapped, &mut self.by_cell.trapped);
     }
 
     /// The same since it is inside a solid.
@@ -209,21 +232,37 @@ impl Tally {
         self.trapped();
     }
 
+    /// Russian roulette: of `times` paths like the current one all but one are ended, and it stands for all.
+    pub(crate) fn roulette(&mut self, times: u64, goes_on: bool) {
+        let parts = self.current.parts as i64;
+        self.current.parts = if goes_on { self.current.parts * times } else { 0 };
+        let ended = parts - self.current.parts as i64;
+        *self.ended.entry(self.current.replicate).or_default() += ended;
+        if let Some(cell) = self.current.cell {
+            *self.by_cell.ended.entry(cell).or_default() += ended;
+        }
+    }
+
     /// Adds the counts of other paths.
     pub fn add(&mut self, other: &Self) {
         self.paths += other.paths;
         self.missed += other.missed;
         self.escaped_downward += other.escaped_downward;
         self.hits += other.hits;
-        let [escaped, trapped] = &mut self.by_cell;
+        let (ours, theirs) = (&mut self.by_cell, &other.by_cell);
         for (into, from) in [
             (&mut self.escaped, &other.escaped),
             (&mut self.trapped, &other.trapped),
-            (escaped, &other.by_cell[0]),
-            (trapped, &other.by_cell[1]),
+            (&mut ours.escaped, &theirs.escaped),
+            (&mut ours.trapped, &theirs.trapped),
         ] {
             for (state, &number) in from {
                 count(into, state, number);
+            }
+        }
+        for (into, from) in [(&mut self.ended, &other.ended), (&mut ours.ended, &theirs.ended)] {
+            for (&group, &number) in from {
+                *into.entry(group).or_default() += number;
             }
         }
         for (sum, &number) in self.first_hits.iter_mut().zip(&other.first_hits) {
@@ -241,7 +280,7 @@ impl Current {
         &mut self,
         kept: Kept,
         zenith: Option<u16>,
-        parts: u64,
+        parts: i64,
         counts: &mut Counts,
         by_cell: &mut Counts,
     ) {
@@ -260,7 +299,7 @@ impl Current {
     }
 }
 
-fn count(counts: &mut Counts, state: &[u16], number: u64) {
+fn count(counts: &mut Counts, state: &[u16], number: i64) {
     match counts.get_mut(state) {
         Some(sum) => *sum += number,
         None => {

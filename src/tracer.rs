@@ -29,6 +29,14 @@ const BLOCK: u64 = 1024;
 /// of those in its plane. For a bed one metre wide it is 3e-8 um.
 const LIFT: f64 = 128.0 * f64::EPSILON;
 
+/// The weight, in the band where it is greatest, to which Russian roulette raises what a path carries. Twice as much or
+/// half of it costs as much (docs/tracer.md).
+const RAISED_TO: f64 = 0.1;
+
+/// Paths that Russian roulette lets one stand for at most: more would tell too much of themselves in brighter bands than
+/// the paths were traced for.
+const STANDS_FOR: u64 = 8;
+
 /// A bed made ready for tracing.
 pub struct Tracer {
     bed: Arc<Bed>,
@@ -166,6 +174,7 @@ impl Tracer {
     fn follow(&self, course: &Course, mut ray: Ray, random: &mut Point, tally: &mut Tally) {
         let mut left = None;
         let mut weight = 1.0;
+        let mut may_stand_for = if course.kept.order { 1 } else { STANDS_FOR };
         let mut event = self.next(&mut ray);
         loop {
             match event {
@@ -180,7 +189,23 @@ impl Tracer {
                     if hits >= course.most_hits || weight * tally.share() < course.least_weight {
                         return tally.trapped();
                     }
-                    let leaving = Leaving { ray, point, facet, normal, numbers: random.pair() };
+                    let mut numbers = random.pair();
+                    // The first hit sends out several rays, and is worth them.
+                    if hits > 1 {
+                        let times = (RAISED_TO / (weight * tally.share())) as u64;
+                        let times = times.min(may_stand_for);
+                        if times > 1 {
+                            // What is left of the number is as random as it was.
+                            numbers[1] *= times as f64;
+                            let goes_on = numbers[1] < 1.0;
+                            tally.roulette(times, goes_on);
+                            if !goes_on {
+                                return;
+                            }
+                            may_stand_for /= times;
+                        }
+                    }
+                    let leaving = Leaving { ray, point, facet, normal, numbers };
                     (ray, event) = if hits == 1 && facet.specular < 1.0 {
                         match self.split(&leaving, random, tally) {
                             Some(rest) => rest,

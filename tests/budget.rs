@@ -92,7 +92,7 @@ fn no_floor_changes_more_than_the_bound_says() {
             shallow(scene);
             scene["materials"][2]["spectrum"] = spectrum;
         });
-        // Next to no path is given up: with one seed the paths are the same on any floor.
+        // Next to no path is given up.
         traced(&place, &scene, 3, 1e-6)
     };
     let table = with_floor(json!({"builtin": "quartz_fine"}));
@@ -101,10 +101,11 @@ fn no_floor_changes_more_than_the_bound_says() {
         [0.0, 0.5, 1.0].map(|e| at_9_um(&with_floor(json!({"constant": e}))).1);
     let widest = (black - e).max(e - white);
     assert!(share.floor > 0.02, "the floor is seen: {}", share.floor);
-    assert!((share.floor - widest).abs() < 1e-5, "{} and {widest}", share.floor);
+    // Paths are followed as long as each floor asks for.
+    assert!((share.floor - widest).abs() < 0.01, "{} and {widest}", share.floor);
     assert!((grey - e).abs() < share.floor && white < grey && grey < black);
     let effect = budget(&[table], Origin::Given).floor_effect.expect("there is a floor");
-    assert!(effect >= black - white - 1e-5, "{effect} and {}", black - white);
+    assert!(effect >= black - white - 0.01, "{effect} and {}", black - white);
 }
 
 #[test]

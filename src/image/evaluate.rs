@@ -45,7 +45,7 @@ impl Rows {
         Self { nodes, sums: vec![0.0; nodes * REPLICATES], open: vec![0.0; nodes] }
     }
 
-    fn add(&mut self, counts: &[(u16, u64)], values: &[f64]) {
+    fn add(&mut self, counts: &[(u16, i64)], values: &[f64]) {
         for &(replicate, count) in counts {
             let row = &mut self.sums[usize::from(replicate) * self.nodes..][..self.nodes];
             for (sum, value) in row.iter_mut().zip(values) {
@@ -54,7 +54,7 @@ impl Rows {
         }
     }
 
-    fn leave_open(&mut self, counts: &[(u16, u64)], values: &[f64]) {
+    fn leave_open(&mut self, counts: &[(u16, i64)], values: &[f64]) {
         let number: f64 = counts.iter().map(|&(_, count)| count as f64).sum();
         for (open, value) in self.open.iter_mut().zip(values) {
             *open += number * value;
@@ -137,6 +137,10 @@ impl<'a> Evaluator<'a> {
                 sums.add(counts, &l);
                 sums.leave_open(counts, &l_open);
             }
+        }
+        // Of what never reaches the sky facets emit all; where paths may be ended they are of one temperature.
+        if let (Some(sums), Some(l_blackbody)) = (&mut l_sums, &self.l_blackbody) {
+            sums.add(&histogram.ended, &l_blackbody[0]);
         }
         let ones = vec![1.0; self.lit.len()];
         let weights = weight_sums.in_bands(self.bands, &met, &ones);
@@ -237,7 +241,7 @@ mod tests {
                 }
             };
             let counts =
-                |number: u16| vec![(number % 7, 3), (7 + number % 11, u64::from(number) + 1)];
+                |number: u16| vec![(number % 7, 3), (7 + number % 9, i64::from(number) + 1)];
             let escaped: Vec<Counted> = (0..30)
                 .map(|number| {
                     let bin = (kept.zeniths > 1).then_some(number % 3);
@@ -246,7 +250,8 @@ mod tests {
                 .collect();
             let trapped: Vec<Counted> =
                 (30..34).map(|number| (state(number).into(), counts(number))).collect();
-            let histogram = Histogram { kept, parts: 5, escaped, trapped };
+            let ended = if kept.order { Vec::new() } else { vec![(3, -4), (9, 6)] };
+            let histogram = Histogram { kept, parts: 5, escaped, trapped, ended };
             let lit: Vec<Lit> = bands
                 .nodes_um
                 .iter()

@@ -13,7 +13,7 @@ use crate::tracer::Tracer;
 /// Paths are traced in lots of this size: one of each replicate.
 const LOT: u64 = REPLICATES as u64;
 /// Paths of the pilot, and the least of a pixel.
-const PILOT: u64 = LOT;
+const PILOT: u64 = 2 * LOT;
 /// Wavelengths at which the pilot is evaluated.
 const CHECKED: usize = 32;
 
@@ -47,7 +47,7 @@ impl Pixels<'_> {
         } else {
             let error = widest(&pilot.spectra(&traced.histogram).emissivity);
             let wanted = PILOT as f64 * (error / self.noise).powi(2);
-            (wanted.min(1e12) as u64).div_ceil(LOT).max(1) * LOT
+            ((wanted.min(1e12) as u64).div_ceil(LOT) * LOT).max(PILOT)
         };
         self.paths(Purpose::Image, pixel, paths.min(self.max_paths))
     }

@@ -13,6 +13,9 @@ use crate::tally::Kept;
 /// Halvings of the interval from 0 to 1 that leave nothing between two neighbouring numbers above .001.
 const HALVINGS: u32 = 64;
 
+/// What the sum of a bed's shares is off 1 by, at most.
+const BY_CHANCE: f64 = 0.1;
+
 /// A bed of Lambertian facets of one material. The path that hits n of them brings their reflectance to the power of n
 /// to the sky: the bed's reflectance is a power series, rising with that of the facets.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -64,14 +67,14 @@ impl PureBed {
         for bed in beds {
             let states =
                 [(&mut escaped, &bed.histogram.escaped), (&mut given_up, &bed.histogram.trapped)];
-            let all: u64 = states.iter().flat_map(|(_, of)| of.iter()).map(|(_, n)| count(n)).sum();
+            let all = bed.histogram.paths() * bed.histogram.parts as f64;
             for (shares, of) in states {
                 for (state, counts) in of {
                     let hits = usize::from(state[0]);
                     if shares.len() <= hits {
                         shares.resize(hits + 1, 0.0);
                     }
-                    shares[hits] += count(counts) as f64 / all as f64 / beds.len() as f64;
+                    shares[hits] += count(counts) as f64 / all / beds.len() as f64;
                 }
             }
         }
@@ -95,7 +98,6 @@ impl PureBed {
     /// The reflectance of facets of which the bed has the one wanted; `None` where white facets do not suffice.
     pub fn facet(&self, wanted: f64) -> Option<f64> {
         let white = self.reflectance(1.0);
-        // Shares add up to 1 to rounding only.
         if wanted > white + 1e-12 {
             return None;
         }
@@ -111,15 +113,16 @@ impl PureBed {
         Some(high)
     }
 
-    /// What makes it no bed: it may have been written by other hands.
+    /// What makes it no bed: it may have been written by other hands. Shares of paths make 1 but for what Russian roulette
+    /// happened to end or add.
     pub(super) fn problem(&self) -> Option<String> {
         let shares = || self.escaped.iter().chain(&self.given_up);
         let sum: f64 = shares().sum();
-        (!shares().all(|share| (0.0..=1.0).contains(share)) || (sum - 1.0).abs() > 1e-6)
+        (!shares().all(|share| (0.0..=1.0).contains(share)) || (sum - 1.0).abs() > BY_CHANCE)
             .then(|| format!("the shares of paths of the pure bed {} do not make 1", self.title))
     }
 }
 
-fn count(counts: &[(u16, u64)]) -> u64 {
+fn count(counts: &[(u16, i64)]) -> i64 {
     counts.iter().map(|(_, count)| count).sum()
 }

@@ -16,11 +16,11 @@ use crate::scene::{Sky, View};
 use crate::signature::{Grid, reflectances};
 use crate::spectrum::{Spectrum, SpectrumError};
 use crate::stop::{Sureness, Target};
-use crate::tally::Tally;
+use crate::tally::{ByCell, Tally};
 pub use file::TableError;
 
 /// The format's version, the value of `soilsig_table`.
-pub const FORMAT: u32 = 3;
+pub const FORMAT: u32 = 4;
 
 /// Share of light that may pass straight through a particle of `fresnel` facets along its mean chord: what passes is
 /// scattered in the bed and part of it comes back, but facets count it as absorbed.
@@ -34,7 +34,7 @@ pub const LEAST_WAVELENGTHS: f64 = 10.0;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Table {
-    /// Version of the format: 3.
+    /// Version of the format: 4.
     pub soilsig_table: u32,
     /// The scene's name.
     pub scene: String,
@@ -262,10 +262,10 @@ impl Table {
             mesh_names.iter().position(|known| *known == name).expect("the meshes are the same")
         };
         let mut tally = Tally::new(self.materials.len(), self.histogram.kept);
-        self.histogram.ungroup(&mut tally.escaped, &mut tally.trapped);
+        self.histogram.ungroup(&mut tally.escaped, &mut tally.trapped, &mut tally.ended);
         if let Some(cells) = &self.cells {
-            let [escaped, trapped] = &mut tally.by_cell;
-            cells.ungroup(escaped, trapped);
+            let ByCell { escaped, trapped, ended } = &mut tally.by_cell;
+            cells.ungroup(escaped, trapped, ended);
         }
         tally.paths = self.paths;
         tally.missed = self.missed;
