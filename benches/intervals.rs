@@ -47,6 +47,7 @@ fn main() {
     for (what, target) in [
         ("a tolerance of 0.01", Target::of(0.01)),
         ("a tolerance of 0.004", Target::of(0.004)),
+        ("a tolerance of 0.001", Target::of(0.001)),
         ("4096 paths", exactly(4096, 0.005)),
     ] {
         let mut held = [0; BANDS_UM.len()];
