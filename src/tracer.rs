@@ -285,7 +285,7 @@ impl Tracer {
     fn at_mesh(&self, hit: &Hit, direction: DVec3) -> Event {
         let place = &self.bed.placements[hit.placement];
         let mesh = &self.bed.meshes[place.mesh];
-        let [a, b, c] = mesh.triangles[hit.triangle].map(|i| mesh.vertices[i as usize].as_dvec3());
+        let [a, b, c] = hit.corners.map(glam::Vec3::as_dvec3);
         let [v, w] = hit.weights;
         let point = place.to_scene.transform_point3(a + v * (b - a) + w * (c - a));
         let matrix = place.to_scene.matrix3;

@@ -19,7 +19,7 @@ use std::cell::RefCell;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::geometry::{Bed, Mesh, Placement};
@@ -52,6 +52,14 @@ struct Instance {
     placement: usize,
     mesh: usize,
     to_mesh: DAffine3,
+    ball: Ball,
+}
+
+/// What holds all of a placed mesh: grains are rounder than boxes.
+#[derive(Clone, Copy)]
+struct Ball {
+    centre: DVec3,
+    radius_squared: f64,
 }
 
 /// Where a ray meets a triangle.
@@ -63,14 +71,17 @@ pub struct Hit {
     pub placement: usize,
     /// Number of the triangle in its mesh.
     pub triangle: usize,
-    /// Weights of the triangle's second and third corner.
+    /// Its corners, as the mesh holds them.
+    pub corners: [Vec3; 3],
+    /// Weights of the second and third corner.
     pub weights: [f64; 2],
 }
 
 impl Hit {
     /// What the search starts with: any hit up to `t_max` is nearer.
     const fn none(t_max: f64) -> Self {
-        Self { t: t_max, placement: usize::MAX, triangle: usize::MAX, weights: [0.0; 2] }
+        let (placement, triangle) = (usize::MAX, usize::MAX);
+        Self { t: t_max, placement, triangle, corners: [Vec3::ZERO; 3], weights: [0.0; 2] }
     }
 
     fn found(self) -> Option<Self> {
@@ -111,32 +122,40 @@ impl Accelerator {
 
     fn over(meshes: Arc<[MeshTree]>, bed: &Bed) -> Self {
         let middle = (bed.domain.min_um + bed.domain.max_um) / 2.0;
-        let boxes: Vec<Aabb> = bed
+        let (boxes, balls): (Vec<Aabb>, Vec<Ball>) = bed
             .placements
             .par_iter()
             .map(|placement| {
                 let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-                for vertex in &bed.meshes[placement.mesh].vertices {
-                    let point = placement.to_scene.transform_point3(vertex.as_dvec3()) - middle;
+                let vertices = &bed.meshes[placement.mesh].vertices;
+                let placed = |vertex: &Vec3| placement.to_scene.transform_point3(vertex.as_dvec3());
+                for vertex in vertices {
+                    let point = placed(vertex) - middle;
                     min = min.min(point);
                     max = max.max(point);
                 }
+                let centre = DVec3::midpoint(min, max) + middle;
+                let from_centre = |vertex| placed(vertex).distance_squared(centre);
+                let ball = Ball {
+                    centre,
+                    radius_squared: vertices.iter().map(from_centre).fold(0.0, f64::max),
+                };
                 // Rounded outward.
                 let below = |x: f64| (x as f32).next_down();
                 let above = |x: f64| (x as f32).next_up();
                 let point = |p: DVec3, f: fn(f64) -> f32| glam::Vec3A::new(f(p.x), f(p.y), f(p.z));
-                Aabb::new(point(min, below), point(max, above))
+                (Aabb::new(point(min, below), point(max, above)), ball)
             })
-            .collect();
+            .unzip();
         let reach =
             boxes.iter().map(|b| b.min.abs().max(b.max.abs()).max_element()).fold(0.0, f32::max);
         let mut instances = Vec::with_capacity(boxes.len());
-        let top =
-            Tree::new(&boxes, 1, |members| {
-                instances.extend(members.iter().map(|&number| {
-                    Instance::new(number as usize, &bed.placements[number as usize])
-                }));
-            });
+        let top = Tree::new(&boxes, 1, |members| {
+            instances.extend(members.iter().map(|&number| {
+                let number = number as usize;
+                Instance::new(number, &bed.placements[number], balls[number])
+            }));
+        });
         let below = meshes.iter().map(|mesh| mesh.tree.put_off()).max().unwrap_or(0);
         let put_off = top.put_off() + below;
         Self { meshes, instances, top, middle, reach, put_off }
@@ -214,6 +233,9 @@ impl<L: Lanes> AtLeaf for AtInstance<'_, L> {
     #[inline(always)]
     fn meet(&mut self, leaf: Child, entered: f32, stack: Stack) -> f32 {
         let instance = &self.accelerator.instances[leaf.number()];
+        if instance.ball.is_missed(self.origin, self.direction) {
+            return above(self.best.t);
+        }
         let ray = Ray::new(
             instance.to_mesh.transform_point3(self.origin),
             instance.to_mesh.transform_vector3(self.direction),
@@ -338,7 +360,8 @@ impl<L: Lanes> AtLeaf for AtBlock<'_, L> {
                 let triangle = block.number(slot);
                 let first = (placement, triangle) < (best.placement, best.triangle);
                 if met.t < best.t || met.t == best.t && first {
-                    *best = Hit { t: met.t, placement, triangle, weights: met.weights() };
+                    let (t, corners, weights) = (met.t, block.corners(slot), met.weights());
+                    *best = Hit { t, placement, triangle, corners, weights };
                     self.t_max = above(met.t - self.start);
                     if self.any {
                         return END;
@@ -351,8 +374,19 @@ impl<L: Lanes> AtLeaf for AtBlock<'_, L> {
 }
 
 impl Instance {
-    fn new(number: usize, placement: &Placement) -> Self {
-        Self { placement: number, mesh: placement.mesh, to_mesh: placement.to_scene.inverse() }
+    fn new(placement: usize, placed: &Placement, ball: Ball) -> Self {
+        Self { placement, mesh: placed.mesh, to_mesh: placed.to_scene.inverse(), ball }
+    }
+}
+
+impl Ball {
+    /// Whether a ray misses it for certain, by more than double precision can err.
+    #[inline(always)]
+    fn is_missed(&self, origin: DVec3, direction: DVec3) -> bool {
+        let to_centre = self.centre - origin;
+        let (along, squared) = (to_centre.dot(direction), to_centre.length_squared());
+        let rounding = 1e-12 * (squared + self.radius_squared + self.centre.length_squared());
+        squared - along * along.max(0.0) > self.radius_squared + rounding
     }
 }
 
@@ -424,10 +458,11 @@ mod tests {
                 Ray::new(to_mesh.transform_point3(origin), to_mesh.transform_vector3(direction));
             let mesh = &bed.meshes[place.mesh];
             for (triangle, corners) in mesh.triangles.iter().enumerate() {
-                let corners = corners.map(|i| mesh.vertices[i as usize].as_dvec3());
-                let met = ray.meet(|corner, axis| corners[corner][axis]);
+                let corners = corners.map(|i| mesh.vertices[i as usize]);
+                let met = ray.meet(|corner, axis| corners[corner][axis].into());
                 if let Some(met) = met.filter(|met| met.t < best.t) {
-                    best = Hit { t: met.t, placement, triangle, weights: met.weights() };
+                    let (t, weights) = (met.t, met.weights());
+                    best = Hit { t, placement, triangle, corners, weights };
                 }
             }
         }

@@ -43,6 +43,12 @@ impl Block {
         self.numbers[slot] as usize
     }
 
+    /// Corners of a triangle.
+    #[inline(always)]
+    pub fn corners(&self, slot: usize) -> [Vec3; 3] {
+        self.corners.map(|corner| Vec3::from(corner.map(|of_axis| of_axis[slot])))
+    }
+
     #[inline(always)]
     pub fn coordinate(&self, corner: usize, axis: usize, slot: usize) -> f64 {
         self.corners[corner][axis.min(2)][slot].into()
