@@ -331,7 +331,8 @@ def pure_bed(tables):
         for kind, counts in zip(of_each, (histogram["escaped"], histogram["trapped"])):
             for state, by_replicate in counts:
                 kind[i, state[0]] += sum(n for _, n in by_replicate)
-    of_each /= of_each.sum((0, 2))[None, :, None]
+    ended = [sum(n for _, n in histogram["ended"]) for histogram in beds]
+    of_each /= (of_each.sum((0, 2)) + ended)[None, :, None]
     facets = np.arange(101) / 100
     series = (of_each[0] + of_each[1] / 2) @ facets[None, :] ** np.arange(129)[:, None]
     error = series.std(0, ddof=1).max() / np.sqrt(len(beds)) if len(beds) > 1 else None
