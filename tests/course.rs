@@ -107,8 +107,14 @@ fn each_material_emits_at_its_own_temperature() {
     assert!((both.l_emitted.mean / sum - 1.0).abs() < 1e-12, "{} and {sum}", both.l_emitted.mean);
     assert!(first.l_emitted.mean > 0.1 * sum && second.l_emitted.mean > 0.1 * sum, "both are seen");
     // Of one temperature it is the plain table's, whose paths are followed to another end.
-    let nearly = band(&table([300.0 + 1e-9, 300.0]));
-    let plain = band(&Case::new(TROUGH, 20.0, "", &spectra).trace(0.003));
+    let nearly = table([300.0 + 1e-9, 300.0]);
+    let plain = Case::new(TROUGH, 20.0, "", &spectra).trace(0.003);
+    let of_all = |table: &Table| table.histogram.paths() + table.missed as f64;
+    for (table, ended) in [(&nearly, false), (&plain, true)] {
+        assert_eq!(!table.histogram.ended.is_empty(), ended, "roulette needs one temperature");
+        assert_eq!(of_all(table), table.paths as f64);
+    }
+    let (nearly, plain) = (band(&nearly), band(&plain));
     let (a, b) = (nearly.l_target, plain.l_target);
     let error = a.standard_error.hypot(b.standard_error);
     assert!((a.mean - b.mean).abs() < 3.0 * error, "{a:?} {b:?}");
