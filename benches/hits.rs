@@ -156,7 +156,7 @@ impl Bench {
     #[inline]
     fn closest(&self, ray: &Ray) -> Option<Hit> {
         let origin = ray.origin.as_dvec3() + self.middle;
-        self.accelerator.closest(origin, ray.direction.as_dvec3(), ray.t_max.into())
+        self.accelerator.closest(origin, ray.direction.as_dvec3().normalize(), ray.t_max.into())
     }
 
     /// What `closest_hits.c` reads.

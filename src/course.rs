@@ -42,7 +42,8 @@ pub struct Course {
     pub most_hits: u16,
     /// The greatest reflectance of each symbol in any of the bands that matter.
     pub greatest: Vec<f64>,
-    /// A path is given up when the product of those is below this weight.
+    /// A path is given up when the product of those, times the share of it that is under way and the paths that it stands for, is
+    /// below this weight.
     pub least_weight: f64,
 }
 

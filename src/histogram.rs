@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::packings::quantile_95;
 use crate::random::REPLICATES;
-use crate::tally::{ByCell, Counts, Ended, Kept, PARTS, State, Tally};
+use crate::tally::{ByCell, CELLS, Counts, Ended, Kept, PARTS, State, Tally};
 
 /// A state and, for each replicate that has any, how many parts of its paths ended in it.
 pub type Counted = (State, Vec<(u16, i64)>);
@@ -102,6 +102,9 @@ impl Sources<'_> {
     }
 }
 
+/// Cells of the view are summed as replicates are.
+const _: () = assert!((CELLS * CELLS) as usize <= REPLICATES);
+
 /// Sums over the paths of each replicate.
 pub(crate) struct Sums {
     pub(crate) value: [f64; REPLICATES],
@@ -165,23 +168,6 @@ impl Histogram {
             "{{\n    \"kept\": {kept},\n    \"parts\": {},\n    \"escaped\": {escaped},\n    \"trapped\": {trapped},\n    \"ended\": {ended}\n  }}",
             self.parts
         )
-    }
-
-    /// Mean number of hits of a path; of one that was given up those that it had.
-    pub fn mean_hits(&self) -> f64 {
-        let hits = |hits: &[u16]| {
-            if self.kept.lists() {
-                hits.len() as u64
-            } else {
-                hits.iter().copied().map(u64::from).sum()
-            }
-        };
-        let escaped = self.escaped.iter().map(|(state, of)| (hits(self.kept.split(state).0), of));
-        let trapped = self.trapped.iter().map(|(state, of)| (hits(state), of));
-        let sum = escaped
-            .chain(trapped)
-            .flat_map(|(hits, of)| of.iter().map(move |(_, count)| hits as f64 * *count as f64));
-        sum.sum::<f64>() / self.parts as f64 / self.paths()
     }
 
     /// How many paths it holds.
@@ -466,9 +452,9 @@ mod tests {
             ended: Vec::new(),
         };
         let given_up = of(Vec::new(), nowhere.clone());
-        assert_eq!(given_up.check(1, 32), Ok(()));
+        assert_eq!(given_up.check(1, REPLICATES), Ok(()));
         assert_eq!(given_up.weight(&[0.5]).mean, 0.5);
-        assert!(of(nowhere, Vec::new()).check(1, 32).is_err());
+        assert!(of(nowhere, Vec::new()).check(1, REPLICATES).is_err());
     }
 
     /// The keys [1, 2, 5] of a state and [1, 2] of a shorter one are neighbours.
@@ -515,7 +501,7 @@ mod tests {
             trapped: Vec::new(),
             ended: vec![(0, 1), (1, -1)],
         };
-        assert_eq!((histogram.paths(), histogram.mean_hits()), (4.0, 1.5));
+        assert_eq!(histogram.paths(), 4.0);
         assert_eq!(histogram.weight(&[0.5]).mean, (2.0 * 0.5 + 2.0 * 0.25) / 4.0);
         let sources = Sources { reflectance: &[0.5], l_blackbody: &[8.0], l_sky: &[2.0] };
         let radiance = histogram.radiance(sources);

@@ -70,8 +70,8 @@ impl Part {
 
 impl Target {
     /// A tolerance, with no limits that matter. Half of what a path that is given up might still carry, at most a tenth of the
-    /// tolerance and that of some of the paths only, is added to the interval: on dusty beds some hundredths of the
-    /// tolerance, for a quarter of the hits.
+    /// tolerance and that of some of the paths only, is added to the interval: on dusty beds less than a hundredth of the
+    /// tolerance.
     pub fn of(tolerance: f64) -> Self {
         let least_weight = tolerance / 5.0;
         Self { tolerance, max_paths: 1 << 40, max_seconds: None, least_weight, exactly: None }

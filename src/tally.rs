@@ -122,6 +122,8 @@ struct Current {
     hits: u16,
     /// Parts of the path that are still under way.
     parts: u64,
+    /// Paths like it that it stands for.
+    stands_for: u64,
     /// Hits on each material, or all symbols.
     state: Vec<u16>,
     /// The key of what is counted next.
@@ -159,6 +161,7 @@ impl Tally {
         self.current.cell = cell;
         self.current.hits = 0;
         self.current.parts = PARTS;
+        self.current.stands_for = 1;
         self.current.state.clear();
         if !self.kept.lists() {
             self.current.state.resize(self.first_hits.len(), 0);
@@ -186,6 +189,11 @@ impl Tally {
     /// The share of the current path that is still under way.
     pub(crate) fn share(&self) -> f64 {
         self.current.parts as f64 / PARTS as f64
+    }
+
+    /// How many paths like it the current one stands for.
+    pub(crate) fn stands_for(&self) -> u64 {
+        self.current.stands_for
     }
 
     /// Parts of the current path reach the sky, one along each direction of which the cosine with the vertical is given.
@@ -228,7 +236,7 @@ impl Tally {
 
     /// The same since it is inside a solid.
     pub(crate) fn buried(&mut self, left: Option<usize>, mesh: usize) {
-        *self.inside.entry((left, mesh)).or_default() += 1;
+        *self.inside.entry((left, mesh)).or_default() += self.current.stands_for;
         self.trapped();
     }
 
@@ -236,6 +244,7 @@ impl Tally {
     pub(crate) fn roulette(&mut self, times: u64, goes_on: bool) {
         let parts = self.current.parts as i64;
         self.current.parts = if goes_on { self.current.parts * times } else { 0 };
+        self.current.stands_for *= times;
         let ended = parts - self.current.parts as i64;
         *self.ended.entry(self.current.replicate).or_default() += ended;
         if let Some(cell) = self.current.cell {

@@ -29,7 +29,7 @@ const BLOCK: u64 = 1024;
 /// of those in its plane. For a bed one metre wide it is 3e-8 um.
 const LIFT: f64 = 128.0 * f64::EPSILON;
 
-/// The weight, in the band where it is greatest, to which Russian roulette raises what a path carries. Twice as much or
+/// The weight, by the greatest reflectance of each facet in any band, to which Russian roulette raises what a path carries. Twice as much or
 /// half of it costs as much (docs/tracer.md).
 const RAISED_TO: f64 = 0.1;
 
@@ -174,7 +174,6 @@ impl Tracer {
     fn follow(&self, course: &Course, mut ray: Ray, random: &mut Point, tally: &mut Tally) {
         let mut left = None;
         let mut weight = 1.0;
-        let mut may_stand_for = if course.kept.order { 1 } else { STANDS_FOR };
         let mut event = self.next(&mut ray);
         loop {
             match event {
@@ -191,9 +190,9 @@ impl Tracer {
                     }
                     let mut numbers = random.pair();
                     // The first hit sends out several rays, and is worth them.
-                    if hits > 1 {
+                    if hits > 1 && !course.kept.order {
                         let times = (RAISED_TO / (weight * tally.share())) as u64;
-                        let times = times.min(may_stand_for);
+                        let times = times.min(STANDS_FOR / tally.stands_for());
                         if times > 1 {
                             // What is left of the number is as random as it was.
                             numbers[1] *= times as f64;
@@ -202,7 +201,6 @@ impl Tracer {
                             if !goes_on {
                                 return;
                             }
-                            may_stand_for /= times;
                         }
                     }
                     let leaving = Leaving { ray, point, facet, normal, numbers };

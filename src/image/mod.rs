@@ -307,7 +307,8 @@ fn seen(
     let most = traced.first_hits.iter().max().copied().unwrap_or_default();
     let material = traced.first_hits.iter().position(|&hits| hits == most).unwrap_or_default();
     let widest = pixel::widest(&spectra.emissivity);
-    let maps = [material as f32, traced.histogram.mean_hits() as f32, paths as f32, widest as f32];
+    let hits = traced.hits as f64 / traced.histogram.paths();
+    let maps = [material as f32, hits as f32, paths as f32, widest as f32];
     Pixel { cubes: [l, errors, emissivity], maps, paths }
 }
 

@@ -34,6 +34,8 @@ pub(super) struct Traced {
     pub histogram: Histogram,
     /// First hits on each material.
     pub first_hits: Vec<u64>,
+    /// Hits of all paths, of one that was ended those that it had.
+    pub hits: u64,
     pub paths: u64,
 }
 
@@ -62,7 +64,8 @@ impl Pixels<'_> {
             let ray = self.camera.ray([sample, line], point.pair());
             self.tracer.path_of_camera(self.course, ray, &mut point, &mut tally);
         }
-        Traced { histogram: Histogram::of(&tally), first_hits: tally.first_hits, paths }
+        let histogram = Histogram::of(&tally);
+        Traced { histogram, first_hits: tally.first_hits, hits: tally.hits, paths }
     }
 }
 

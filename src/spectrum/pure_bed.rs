@@ -58,7 +58,11 @@ impl PureBed {
             1 => format!("{name}, one bed"),
             n => format!("{name}, the mean of {n} packings"),
         };
-        Ok(Self::of(title, &beds))
+        let bed = Self::of(title, &beds);
+        match bed.problem() {
+            Some(problem) => Err(SpectrumError::PureBed { path: tables[0].clone(), problem }),
+            None => Ok(bed),
+        }
     }
 
     /// The mean of beds that all are of one material.

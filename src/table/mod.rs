@@ -171,7 +171,7 @@ pub struct Stop {
     pub reached: bool,
     /// What of the half-width paths that were given up leave open: more paths do not lessen it.
     pub trapped: f64,
-    /// Weight below which a path was given up: in none of the bands could it bring more to the sky.
+    /// Weight, with all that it stood for, below which a path was given up: in none of the bands could it bring more to the sky.
     pub least_weight: f64,
 }
 
