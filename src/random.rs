@@ -12,7 +12,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 /// Independent scramblings among which the paths of a trace are dealt out.
 ///
 /// Fewer hold longer sequences, which are more even, but know less of their spread: 8 make intervals of the same width, and
-/// 32 make them 6 % wider.
+/// 32 make them 5 % wider.
 pub const REPLICATES: usize = 16;
 
 /// Points of a sequence, of which [`sobol_burley`] makes no more; beyond it a replicate goes on with another
