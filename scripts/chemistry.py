@@ -324,15 +324,14 @@ def porosity(beds):
 
 
 def pure_bed(tables):
-    """Shares of paths by number of hits, as the program makes them of a scene's "pure_bed"."""
+    """Shares of paths by number of hits, which make 1: of those that roulette did not end."""
     beds = [json.loads(path.read_text())["histogram"] for path in tables]
     of_each = np.zeros((2, len(beds), 129))
     for i, histogram in enumerate(beds):
         for kind, counts in zip(of_each, (histogram["escaped"], histogram["trapped"])):
             for state, by_replicate in counts:
                 kind[i, state[0]] += sum(n for _, n in by_replicate)
-    ended = [sum(n for _, n in histogram["ended"]) for histogram in beds]
-    of_each /= (of_each.sum((0, 2)) + ended)[None, :, None]
+    of_each /= of_each.sum((0, 2))[None, :, None]
     facets = np.arange(101) / 100
     series = (of_each[0] + of_each[1] / 2) @ facets[None, :] ** np.arange(129)[:, None]
     error = series.std(0, ddof=1).max() / np.sqrt(len(beds)) if len(beds) > 1 else None
