@@ -7,13 +7,13 @@
 use serde::{Deserialize, Serialize};
 
 use crate::packings::quantile_95;
-use crate::random::REPLICATES;
+use crate::random::GROUPS;
 use crate::tally::{ByCell, CELLS, Counts, Ended, Kept, PARTS, State, Tally};
 
-/// A state and, for each replicate that has any, how many parts of its paths ended in it.
+/// A state and, for each group that has any, how many parts of its paths ended in it.
 pub type Counted = (State, Vec<(u16, i64)>);
 
-/// How many parts of the paths of each replicate ended in which state.
+/// How many parts of the paths of each group ended in which state.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Histogram {
@@ -25,7 +25,7 @@ pub struct Histogram {
     pub escaped: Vec<Counted>,
     /// States of those that were given up, in lexical order.
     pub trapped: Vec<Counted>,
-    /// Parts of paths that Russian roulette ended, less those that it added, by replicate: with them the others add up to
+    /// Parts of paths that Russian roulette ended, less those that it added, by group: with them the others add up to
     /// the paths. They bring nothing to the sky.
     pub ended: Vec<(u16, i64)>,
 }
@@ -35,8 +35,8 @@ pub struct Histogram {
 pub struct Mean {
     /// The mean; what trapped paths leave open counts with half of its bound.
     pub mean: f64,
-    /// Standard error of the mean, from the spread between replicates; of fewer than there are so much more that
-    /// [`T_95`] holds of it.
+    /// Standard error of the mean, from what the two nets differ by; where fewer groups met the target than there are, so much
+    /// more that [`T_95`] holds of it.
     pub standard_error: f64,
     /// Half of what trapped paths leave open: the mean is known no better than that.
     pub trapped: f64,
@@ -49,8 +49,8 @@ impl Mean {
     }
 }
 
-/// Quantile of Student's t for two-sided 95 % with a degree of freedom less than there are replicates.
-pub const T_95: f64 = 2.131_449_546;
+/// Quantile of Student's t for two-sided 95 % with as many degrees of freedom as there are pairs of groups.
+pub const T_95: f64 = 2.119_905_299;
 
 /// Radiance that reaches the sensor, W m-2 sr-1 um-1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -102,12 +102,12 @@ impl Sources<'_> {
     }
 }
 
-/// Cells of the view are summed as replicates are.
-const _: () = assert!((CELLS * CELLS) as usize <= REPLICATES);
+/// Cells of the view are summed as groups are.
+const _: () = assert!((CELLS * CELLS) as usize <= GROUPS);
 
-/// Sums over the paths of each replicate.
+/// Sums over the paths of each group.
 pub(crate) struct Sums {
-    pub(crate) value: [f64; REPLICATES],
+    pub(crate) value: [f64; GROUPS],
     pub(crate) open: f64,
 }
 
@@ -120,7 +120,7 @@ impl Histogram {
         Self::grouped(tally.kept(), &tally.escaped, &tally.trapped, &tally.ended)
     }
 
-    /// The same with the cells of the view in place of replicates; `None` where the view has none.
+    /// The same with the cells of the view in place of groups; `None` where the view has none.
     pub fn by_cell(tally: &Tally) -> Option<Self> {
         let ByCell { escaped, trapped, ended } = &tally.by_cell;
         let any = !escaped.is_empty() || !trapped.is_empty() || !ended.is_empty();
@@ -137,8 +137,8 @@ impl Histogram {
         ended.extend(self.ended.iter().copied());
         for (into, from) in [(escaped, &self.escaped), (trapped, &self.trapped)] {
             for (state, counts) in from {
-                for &(replicate, count) in counts {
-                    let key = state.iter().copied().chain([replicate]).collect();
+                for &(group, count) in counts {
+                    let key = state.iter().copied().chain([group]).collect();
                     into.insert(key, count);
                 }
             }
@@ -190,7 +190,7 @@ impl Histogram {
             && alike(&self.trapped, &other.trapped)
     }
 
-    /// What makes a histogram that was read no histogram of so many materials and groups, replicates or cells.
+    /// What makes a histogram that was read no histogram of so many materials and groups or cells.
     pub(crate) fn check(&self, materials: usize, groups: usize) -> Result<(), String> {
         let kept = self.kept;
         if self.parts != PARTS {
@@ -208,7 +208,7 @@ impl Histogram {
             }
         };
         if self.met_by_group().any(|(group, _)| usize::from(group) >= groups) {
-            return Err(format!("a replicate or cell is not within 0 to {}", groups - 1));
+            return Err(format!("a group or cell is not within 0 to {}", groups - 1));
         }
         let states = self.escaped.iter().chain(&self.trapped);
         if states.flat_map(|(_, counts)| counts).any(|(_, count)| *count < 0) {
@@ -228,16 +228,16 @@ impl Histogram {
         Ok(())
     }
 
-    /// Parts of paths that met the target, by replicate.
-    pub(crate) fn met(&self) -> [f64; REPLICATES] {
-        let mut met = [0.0; REPLICATES];
-        for (replicate, parts) in self.met_by_group() {
-            met[usize::from(replicate)] += parts as f64;
+    /// Parts of paths that met the target, by group.
+    pub(crate) fn met(&self) -> [f64; GROUPS] {
+        let mut met = [0.0; GROUPS];
+        for (group, parts) in self.met_by_group() {
+            met[usize::from(group)] += parts as f64;
         }
         met
     }
 
-    /// All counts, by replicate or cell.
+    /// All counts, by group or cell.
     fn met_by_group(&self) -> impl Iterator<Item = (u16, i64)> {
         let states = self.escaped.iter().chain(&self.trapped).flat_map(|(_, counts)| counts);
         states.chain(&self.ended).copied()
@@ -250,7 +250,7 @@ impl Histogram {
         self.weights(reflectance).mean(&self.met(), 1.0)
     }
 
-    /// The mean weight of each of the first `N` groups, replicates or cells; of one without paths that of all.
+    /// The mean weight of each of the first `N` groups or cells; of one without paths that of all.
     pub fn weight_of_groups<const N: usize>(&self, reflectance: &[f64]) -> [f64; N] {
         let (sums, met) = (self.weights(reflectance), self.met());
         let mean = sums.value.iter().sum::<f64>() / met.iter().sum::<f64>();
@@ -258,21 +258,16 @@ impl Histogram {
     }
 
     /// How much less weight the paths of `other` bring to the sky, where both took the same points: its error is
-    /// the spread of the difference between replicates.
+    /// that of the difference.
     pub fn less_weight(&self, other: &Self, reflectance: &[f64]) -> Mean {
         let [ours, theirs] = [self, other].map(|of| (of.weights(reflectance), of.met()));
-        let of_each: Vec<f64> = (0..REPLICATES)
-            .filter(|&r| ours.1[r] > 0.0 && theirs.1[r] > 0.0)
-            .map(|r| ours.0.value[r] / ours.1[r] - theirs.0.value[r] / theirs.1[r])
-            .collect();
-        let n = of_each.len() as f64;
-        let mean = of_each.iter().sum::<f64>() / n;
-        let squares: f64 = of_each.iter().map(|value| (value - mean).powi(2)).sum();
-        let open = |(sums, met): &(Sums, [f64; REPLICATES])| sums.open / met.iter().sum::<f64>();
+        let [of_ours, of_theirs] = [&ours, &theirs].map(|(sums, met)| sums.residuals(met));
+        let residuals = std::array::from_fn(|g| of_ours[g] - of_theirs[g]);
+        let [mean, other] = [ours, theirs].map(|(sums, met)| sums.mean(&met, 1.0));
         Mean {
-            mean,
-            standard_error: if n < 2.0 { 1.0 } else { (squares / (n - 1.0) / n).sqrt() },
-            trapped: open(&ours) + open(&theirs),
+            mean: mean.mean - other.mean,
+            standard_error: standard_error(&residuals, &self.met(), 1.0),
+            trapped: mean.trapped + other.trapped,
         }
     }
 
@@ -354,15 +349,15 @@ fn grouped(counts: &Counts) -> Vec<Counted> {
     // By whole keys a state would be torn apart by those that it begins.
     let mut list: Vec<(&[u16], u16, i64)> = Vec::with_capacity(counts.len());
     for (key, &count) in counts {
-        let (&replicate, state) = key.split_last().expect("a key ends with its replicate");
-        list.push((state, replicate, count));
+        let (&group, state) = key.split_last().expect("a key ends with its group");
+        list.push((state, group, count));
     }
     list.sort_unstable();
     let mut groups: Vec<Counted> = Vec::new();
-    for (state, replicate, count) in list {
+    for (state, group, count) in list {
         match groups.last_mut() {
-            Some((last, of)) if **last == *state => of.push((replicate, count)),
-            _ => groups.push((state.into(), vec![(replicate, count)])),
+            Some((last, of)) if **last == *state => of.push((group, count)),
+            _ => groups.push((state.into(), vec![(group, count)])),
         }
     }
     groups
@@ -400,36 +395,49 @@ impl<'a> Product<'a> {
 
 impl Sums {
     const fn new() -> Self {
-        Self { value: [0.0; REPLICATES], open: 0.0 }
+        Self { value: [0.0; GROUPS], open: 0.0 }
     }
 
     fn add(&mut self, counts: &[(u16, i64)], value: f64, open: f64) {
-        for &(replicate, count) in counts {
-            self.value[usize::from(replicate)] += count as f64 * value;
+        for &(group, count) in counts {
+            self.value[usize::from(group)] += count as f64 * value;
             self.open += count as f64 * open;
         }
     }
 
-    /// The mean over all paths that met the target, as the ratio of two sums: how many paths of a replicate met it
+    /// The mean over all paths that met the target, as the ratio of two sums: how many paths of a group met it
     /// is itself random.
     ///
-    /// One replicate tells nothing of the spread: then it is the widest that numbers up to `greatest` can have.
-    pub(crate) fn mean(&self, met: &[f64; REPLICATES], greatest: f64) -> Mean {
+    /// One path tells nothing of the spread: then it is the widest that numbers up to `greatest` can have.
+    pub(crate) fn mean(&self, met: &[f64; GROUPS], greatest: f64) -> Mean {
         let paths: f64 = met.iter().sum();
         let mean = self.value.iter().sum::<f64>() / paths;
-        let replicates = met.iter().filter(|&&met| met > 0.0).count() as f64;
-        let standard_error = if replicates < 2.0 {
-            greatest / 2.0
-        } else {
-            let squares: f64 =
-                self.value.iter().zip(met).map(|(sum, met)| (sum - mean * met).powi(2)).sum();
-            // Fewer replicates than there are know less of their spread than `T_95` takes for granted.
-            let all = replicates as usize == REPLICATES;
-            let unsure = if all { 1.0 } else { quantile_95(replicates as usize) / T_95 };
-            (squares * replicates / (replicates - 1.0)).sqrt() / paths * unsure
-        };
+        let standard_error = standard_error(&self.residuals(met), met, greatest);
         Mean { mean, standard_error, trapped: self.open / paths }
     }
+
+    /// What the paths of each group add to the mean beyond what as many average ones would.
+    fn residuals(&self, met: &[f64; GROUPS]) -> [f64; GROUPS] {
+        let paths: f64 = met.iter().sum();
+        let mean = self.value.iter().sum::<f64>() / paths;
+        std::array::from_fn(|g| (self.value[g] - mean * met[g]) / paths)
+    }
+}
+
+/// The standard error of a sum over all groups, of which each adds its part. Twins have as many points in the same cells, and chance of their own: what they
+/// differ by has the variance of their sum.
+///
+/// Groups that met nothing know nothing.
+fn standard_error(parts: &[f64; GROUPS], met: &[f64; GROUPS], greatest: f64) -> f64 {
+    let (parts, met) = (parts.as_chunks::<2>().0, met.as_chunks::<2>().0);
+    if (0..2).any(|net| met.iter().all(|met| met[net] == 0.0)) {
+        return greatest / 2.0;
+    }
+    let squares: f64 = parts.iter().map(|[a, b]| (a - b).powi(2)).sum();
+    // Fewer than there are know less of the spread than `T_95` takes for granted.
+    let known = met.iter().filter(|met| **met != [0.0, 0.0]).count();
+    let unsure = if known == met.len() { 1.0 } else { quantile_95(known.max(2)) / T_95 };
+    squares.sqrt() * unsure
 }
 
 #[cfg(test)]
@@ -452,9 +460,9 @@ mod tests {
             ended: Vec::new(),
         };
         let given_up = of(Vec::new(), nowhere.clone());
-        assert_eq!(given_up.check(1, REPLICATES), Ok(()));
+        assert_eq!(given_up.check(1, GROUPS), Ok(()));
         assert_eq!(given_up.weight(&[0.5]).mean, 0.5);
-        assert!(of(nowhere, Vec::new()).check(1, REPLICATES).is_err());
+        assert!(of(nowhere, Vec::new()).check(1, GROUPS).is_err());
     }
 
     /// The keys [1, 2, 5] of a state and [1, 2] of a shorter one are neighbours.
@@ -468,8 +476,8 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_and_its_error_are_those_of_the_replicates() {
-        // Two replicates of 2 and 6 paths in fifths; facets of rho .5 and .2.
+    fn the_mean_and_its_error_are_those_of_twins() {
+        // Twins of 2 and 6 paths in fifths; facets of rho .5 and .2.
         let histogram = Histogram {
             parts: PARTS,
             kept: Kept::PLAIN,
@@ -484,11 +492,31 @@ mod tests {
         let sums: [f64; 2] = [4.0 * 0.2 + 6.0 * 0.5, 20.0 * 0.2 + 6.0 * 0.5 + 4.0 * 0.125];
         let mean = (sums[0] + sums[1]) / 40.0;
         assert!((weight.mean - mean).abs() < 1e-15);
-        let squares = (sums[0] - 10.0 * mean).powi(2) + (sums[1] - 30.0 * mean).powi(2);
+        let differ = (sums[0] - 10.0 * mean) - (sums[1] - 30.0 * mean);
         let unsure = quantile_95(2) / T_95;
-        assert!((weight.standard_error - (2.0 * squares).sqrt() / 40.0 * unsure).abs() < 1e-14);
+        assert!((weight.standard_error - differ.abs() / 40.0 * unsure).abs() < 1e-14);
         assert!((weight.trapped - 4.0 * 0.125 / 40.0).abs() < 1e-15);
         assert_eq!((histogram.paths(), histogram.given_up()), (8.0, 0.8));
+    }
+
+    /// Each cell of the view of another brightness, as many paths in each: both nets find the same, and the mean is exact.
+    #[test]
+    fn what_differs_from_cell_to_cell_is_no_noise() {
+        let counts = |n: i64| (0..GROUPS as u16).map(|g| (g, n * i64::from(1 + g / 2))).collect();
+        let rest = (0..GROUPS as u16).map(|g| (g, 100 - i64::from(1 + g / 2))).collect();
+        let histogram = Histogram {
+            parts: PARTS,
+            kept: Kept::PLAIN,
+            escaped: vec![(state(&[1]), counts(1)), (state(&[2]), rest)],
+            trapped: Vec::new(),
+            ended: Vec::new(),
+        };
+        assert_eq!(histogram.weight(&[0.5]).standard_error, 0.0);
+        let mut uneven = histogram.clone();
+        uneven.escaped[0].1[6].1 += 1;
+        uneven.escaped[1].1[6].1 -= 1;
+        let expected = 0.25 / (100.0 * GROUPS as f64);
+        assert!((uneven.weight(&[0.5]).standard_error - expected).abs() < 1e-15);
     }
 
     /// Two paths of one hit, and one that had two: its equal was ended, it stands for both.
@@ -511,7 +539,7 @@ mod tests {
     }
 
     #[test]
-    fn one_replicate_tells_nothing_of_the_spread() {
+    fn one_net_tells_nothing_of_the_spread() {
         let histogram = Histogram {
             parts: PARTS,
             kept: Kept::PLAIN,

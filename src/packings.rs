@@ -84,7 +84,7 @@ impl Estimate {
 }
 
 /// Quantile for two-sided 95 %: Student's t with one degree of freedom less than there are packings, or than there
-/// are replicates where a single packing is known by its rays alone.
+/// are pairs of groups where a single packing is known by its rays alone.
 pub fn quantile_95(packings: usize) -> f64 {
     if packings < 2 {
         return T_95;
@@ -118,7 +118,7 @@ pub fn wanted(spread: f64, half_width: f64) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::REPLICATES;
+    use crate::random::GROUPS;
 
     #[test]
     fn quantiles_are_those_of_the_tables() {
@@ -127,7 +127,7 @@ mod tests {
         {
             assert!((quantile_95(packings) - t).abs() < 1e-4, "{packings}");
         }
-        assert!((quantile_95(REPLICATES) - T_95).abs() < 1e-6);
+        assert!((quantile_95(GROUPS / 2 + 1) - T_95).abs() < 1e-6);
     }
 
     #[test]

@@ -1,23 +1,44 @@
 //! Random numbers that depend on nothing but a seed and a path's number: any thread, and any machine, may
 //! trace any path, and the result is the same.
 //!
-//! Paths take theirs from a low-discrepancy sequence, which covers the space of paths more evenly than
-//! independent numbers do. Its error cannot be told from its own points, so they come in
-//! [`REPLICATES`] that are scrambled independently of each other: the spread between the replicates' means
-//! is the error. All else takes independent numbers.
+//! Paths take theirs from two low-discrepancy sequences, which cover the space of paths more evenly than independent
+//! numbers do. Their error cannot be told from the points of either, but by what both differ in: they are scrambled independently of
+//! each other, and [`group_of`] says which paths are compared. All else takes independent numbers.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+use sobol_burley::parts::{Int4, hash, hash_int4, owen_scramble_int4_rev, owen_scramble_rev};
 
-/// Independent scramblings among which the paths of a trace are dealt out.
+/// Sequences among which the paths of a trace are dealt out.
+pub const NETS: u64 = 2;
+
+/// Parts of the view, each of cells all over it, in which the two nets are compared.
+const TWINS: u16 = 16;
+
+/// Groups of paths that are counted apart: those of one net that begin in one part of the view. Groups 2 n and 2 n + 1 are
+/// twins, of the same part.
+pub const GROUPS: usize = TWINS as usize * NETS as usize;
+
+/// Cells along each side of a view. A multiple of [`LOT`] paths has as many in each cell, from either net.
+pub(crate) const CELLS_OF_VIEW: u16 = 16;
+
+/// Paths that fill the cells of a view.
+pub(crate) const LOT: u64 = CELLS_OF_VIEW as u64 * CELLS_OF_VIEW as u64 * NETS;
+
+/// Points of a sequence; beyond it a net goes on with another scrambling.
+const SEQUENCE: u64 = 1 << SEQUENCE_BITS;
+const SEQUENCE_BITS: usize = 24;
+
+/// The group of a path that begins at a place, 0 to 1 from the left and from below, of a view with so many cells along each
+/// side.
 ///
-/// Fewer hold longer sequences, which are more even, but know less of their spread: 8 make intervals of the same width, and
-/// 32 make them 5 % wider.
-pub const REPLICATES: usize = 16;
-
-/// Points of a sequence, of which [`sobol_burley`] makes no more; beyond it a replicate goes on with another
-/// scrambling.
-const SEQUENCE: u64 = 1 << 16;
+/// Each block of 4 x 4 cells has one of every group of a net, and so has each row and each column of 16: groups are alike whatever the
+/// view shows.
+pub(crate) fn group_of(net: u16, place: [f64; 2], cells: u16) -> u16 {
+    let [x, y] = place.map(|at| (at * f64::from(cells)) as u16);
+    let (within, turn) = (x % 4 + 4 * (y % 4), 4 * (x / 4) + y / 4);
+    (within + turn) % TWINS * NETS as u16 + net
+}
 
 /// What the numbers are for: different purposes never share any.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,12 +69,12 @@ pub enum Sampler {
     Independent,
 }
 
-/// Paths that share one scrambling of each replicate: a pixel has no more, and the paths of pixel n are numbered
+/// Paths that share one scrambling of each net: a pixel has no more, and the paths of pixel n are numbered
 /// from n times as many on.
-pub(crate) const STRETCH: u64 = SEQUENCE * REPLICATES as u64;
+pub(crate) const STRETCH: u64 = SEQUENCE * NETS;
 
 /// The points of all paths of one seed and purpose: Sobol' sequences with Owen's scrambling by hashes
-/// (Burley, J. Comput. Graph. Tech. 9(4), 2020), one for each replicate.
+/// (Burley, J. Comput. Graph. Tech. 9(4), 2020), one for each net.
 #[derive(Debug, Clone)]
 pub struct Points {
     source: Source,
@@ -85,29 +106,29 @@ impl Points {
         Self { source: Source::new(seed, purpose), sampler }
     }
 
-    /// The scrambling of each replicate for the paths whose numbers are in that stretch of the sequence.
-    fn scramblings(&self, stretch: u64) -> [u32; REPLICATES] {
+    /// The scrambling of each net for the paths whose numbers are in that stretch of the sequence.
+    fn scramblings(&self, stretch: u64) -> [u32; NETS as usize] {
         let mut rng = self.source.stream(stretch).0;
         std::array::from_fn(|_| rng.next_u32())
     }
 
-    /// The points of the paths `first..end`, with the replicate that each belongs to.
-    pub fn of(&self, first: u64, end: u64) -> impl Iterator<Item = (usize, Point)> {
+    /// The points of the paths `first..end`, with the net that each belongs to.
+    pub fn of(&self, first: u64, end: u64) -> impl Iterator<Item = (u16, Point)> {
         let mut stretch = u64::MAX;
-        let mut scramblings = [0; REPLICATES];
+        let mut scramblings = [0; NETS as usize];
         (first..end).map(move |number| {
-            let replicate = (number % REPLICATES as u64) as usize;
+            let net = (number % NETS) as u16;
             if self.sampler == Sampler::Independent {
-                return (replicate, Point::Independent(Box::new(self.source.stream(number))));
+                return (net, Point::Independent(Box::new(self.source.stream(number))));
             }
-            let index = number / REPLICATES as u64;
+            let index = number / NETS;
             if index / SEQUENCE != stretch {
                 stretch = index / SEQUENCE;
                 scramblings = self.scramblings(stretch);
             }
             let index = (index % SEQUENCE) as u32;
-            let scrambling = scramblings[replicate];
-            (replicate, Point::Even(Even { index, scrambling, set: 0, held: None }))
+            let scrambling = scramblings[usize::from(net)];
+            (net, Point::Even(Even { index, scrambling, set: 0, held: None }))
         })
     }
 }
@@ -123,16 +144,12 @@ impl Point {
 }
 
 impl Even {
-    /// Of 24 bits each.
+    /// Of 23 bits each.
     fn pair(&mut self) -> [f64; 2] {
         let pair = self.held.take().unwrap_or_else(|| {
-            // More dimensions than the sequence has are those of another one.
-            let (round, set) = (
-                self.set / sobol_burley::NUM_DIMENSION_SETS_4D,
-                self.set % sobol_burley::NUM_DIMENSION_SETS_4D,
-            );
-            let [a, b, c, d] =
-                sobol_burley::sample_4d(self.index, set, self.scrambling.wrapping_add(round));
+            // Each set of four dimensions is the same sequence, scrambled and shuffled anew.
+            let scrambling = hash(self.scrambling.wrapping_add(self.set));
+            let [a, b, c, d] = scrambled_sobol(self.index, scrambling);
             self.set += 1;
             self.held = Some([c, d]);
             [a, b]
@@ -140,6 +157,71 @@ impl Even {
         pair.map(f64::from)
     }
 }
+
+/// A point of Sobol's sequence of four dimensions, the sequence shuffled and each dimension scrambled as Owen does. The
+/// functions of [`sobol_burley`] do the same for 2^16 points.
+fn scrambled_sobol(index: u32, scrambling: u32) -> [f32; 4] {
+    const SALTS: [u32; 4] = [0x68bc_21eb, 0x02e5_be93, 0x967a_889b, 0xb529_7a4d];
+    let shuffled = owen_scramble_rev(index.reverse_bits(), hash(scrambling)).reverse_bits();
+    let mut rest = shuffled % SEQUENCE as u32;
+    let mut reversed = [0; 4];
+    while rest != 0 {
+        let bit = rest.trailing_zeros() as usize;
+        for (sum, direction) in reversed.iter_mut().zip(DIRECTIONS[bit]) {
+            *sum ^= direction;
+        }
+        rest &= rest - 1;
+    }
+    let scramblings = hash_int4(Int4::from(SALTS.map(|salt| scrambling ^ salt)));
+    owen_scramble_int4_rev(reversed.into(), scramblings).reverse_bits().to_f32_norm()
+}
+
+/// Direction numbers of the first four dimensions, bits in reverse: primitive polynomials and first numbers of Joe and Kuo, SIAM J.
+/// Sci. Comput. 30, 2635-2654 (2008). The first two dimensions are a (0, 2)-sequence.
+const DIRECTIONS: [[u32; 4]; SEQUENCE_BITS] = {
+    let mut directions = [[0; 4]; SEQUENCE_BITS];
+    let mut i = 0;
+    while i < SEQUENCE_BITS {
+        directions[i][0] = 1_u32 << (31 - i);
+        i += 1;
+    }
+    // For each dimension the degree, the inner coefficients, and the first numbers.
+    let polynomials: [(usize, u32, [u32; 3]); 3] =
+        [(1, 0, [1, 0, 0]), (2, 1, [1, 3, 0]), (3, 1, [1, 3, 1])];
+    let mut dimension = 1;
+    while dimension < 4 {
+        let (degree, inner, first) = polynomials[dimension - 1];
+        let mut i = 0;
+        while i < SEQUENCE_BITS {
+            directions[i][dimension] = if i < degree {
+                first[i] << (31 - i)
+            } else {
+                let before = directions[i - degree][dimension];
+                let mut number = before ^ (before >> degree);
+                let mut k = 1;
+                while k < degree {
+                    if inner >> (degree - 1 - k) & 1 == 1 {
+                        number ^= directions[i - k][dimension];
+                    }
+                    k += 1;
+                }
+                number
+            };
+            i += 1;
+        }
+        dimension += 1;
+    }
+    let mut i = 0;
+    while i < SEQUENCE_BITS {
+        let mut dimension = 0;
+        while dimension < 4 {
+            directions[i][dimension] = directions[i][dimension].reverse_bits();
+            dimension += 1;
+        }
+        i += 1;
+    }
+    directions
+};
 
 /// Generators of independent numbers of one seed and purpose.
 #[derive(Debug, Clone)]
@@ -203,15 +285,15 @@ mod tests {
     #[test]
     fn points_of_a_path_depend_on_seed_purpose_and_number_alone() {
         let of = |seed, purpose, number: u64| {
-            let (replicate, mut point) = Points::new(seed, purpose, Sampler::Even)
+            let (net, mut point) = Points::new(seed, purpose, Sampler::Even)
                 .of(number, number + 1)
                 .next()
                 .expect("one");
-            (replicate, (0..300).flat_map(|_| point.pair()).collect::<Vec<f64>>())
+            (net, (0..300).flat_map(|_| point.pair()).collect::<Vec<f64>>())
         };
-        let number = 70_000 * REPLICATES as u64 + 5;
-        let (replicate, first) = of(1, Purpose::Result, number);
-        assert_eq!(replicate, 5);
+        let number = SEQUENCE * NETS + 7;
+        let (net, first) = of(1, Purpose::Result, number);
+        assert_eq!(net, 1);
         let among =
             Points::new(1, Purpose::Result, Sampler::Even).of(number - 9, number + 9).nth(9);
         let (_, mut among) = among.expect("it is among them");
@@ -220,29 +302,81 @@ mod tests {
             of(2, Purpose::Result, number),
             of(1, Purpose::Pilot, number),
             of(1, Purpose::Result, number + 1),
-            of(1, Purpose::Result, number + REPLICATES as u64),
-            of(1, Purpose::Result, number - (REPLICATES as u64) * SEQUENCE),
+            of(1, Purpose::Result, number + NETS),
+            of(1, Purpose::Result, number - NETS * SEQUENCE),
         ] {
             assert_ne!(first, other.1);
         }
         let [deep, shallow] = [&first[512..600], &first[..88]];
-        assert_ne!(deep, shallow, "dimensions beyond the sequence's are others");
+        assert_ne!(deep, shallow, "each set of dimensions is scrambled anew");
     }
 
-    /// Of one replicate's first 2^n points each strip of width 2^-n holds one, along either coordinate.
+    /// Points of one net, from any multiple of their number on.
+    fn points(net: u16, first: u64, number: u64) -> Vec<[f64; 4]> {
+        Points::new(3, Purpose::Result, Sampler::Even)
+            .of(NETS * first, NETS * (first + number))
+            .filter(|(of, _)| *of == net)
+            .map(|(_, mut point)| {
+                let ([a, b], [c, d]) = (point.pair(), point.pair());
+                [a, b, c, d]
+            })
+            .collect()
+    }
+
+    /// Of any 2^n points of a net, from a multiple of their number on, each strip of width 2^-n holds one along either
+    /// coordinate; and of the first two coordinates every rectangle of that area, of whatever shape. So each group has as many.
     #[test]
-    fn points_of_a_replicate_are_evenly_spread() {
-        let paths = 256 * REPLICATES as u64;
-        let mut held = [[0; 256]; 4];
-        for (replicate, mut point) in Points::new(3, Purpose::Result, Sampler::Even).of(0, paths) {
-            if replicate == 7 {
-                let all = [point.pair(), point.pair()].concat();
-                for (strips, x) in held.iter_mut().zip(all) {
-                    strips[(x * 256.0) as usize] += 1;
+    fn points_of_a_net_are_evenly_spread() {
+        let bits = 17;
+        for first in [0, 3 << bits] {
+            let points = points(1, first, 1 << bits);
+            for (axis, shape) in
+                (0..4).map(|axis| (axis, bits)).chain((0..bits).map(|shape| (4, shape)))
+            {
+                let mut held = vec![0_u8; 1 << bits];
+                for point in &points {
+                    let strip = |at: f64, bits: u32| (at * f64::from(1 << bits)) as usize;
+                    let place = if axis < 4 {
+                        strip(point[axis], bits)
+                    } else {
+                        strip(point[0], shape) << (bits - shape) | strip(point[1], bits - shape)
+                    };
+                    held[place] += 1;
                 }
+                assert!(held.iter().all(|&count| count == 1), "{axis} {shape}");
             }
         }
-        assert!(held.iter().flatten().all(|&count| count == 1));
+    }
+
+    #[test]
+    fn a_lot_has_as_many_paths_in_each_group() {
+        for (lot, cells) in [(LOT, CELLS_OF_VIEW), (LOT / 16, 4)] {
+            let mut held = [0; GROUPS];
+            for first in [0, 5 * lot] {
+                let points = Points::new(4, Purpose::Pilot, Sampler::Even);
+                for (net, mut point) in points.of(first, first + lot) {
+                    held[usize::from(group_of(net, point.pair(), cells))] += 1;
+                }
+            }
+            assert!(held.iter().all(|&count| count == 2 * lot / GROUPS as u64));
+        }
+    }
+
+    /// Or they would not be alike where the view shows furrows.
+    #[test]
+    fn every_row_and_column_has_all_groups() {
+        for fixed in 0..16 {
+            for along in [0, 1] {
+                let groups: std::collections::BTreeSet<u16> = (0..16)
+                    .map(|i| {
+                        let mut place = [(f64::from(fixed) + 0.5) / 16.0; 2];
+                        place[along] = (f64::from(i) + 0.5) / 16.0;
+                        group_of(0, place, 16)
+                    })
+                    .collect();
+                assert_eq!(groups.len(), GROUPS / 2, "{fixed} {along}");
+            }
+        }
     }
 
     #[test]

@@ -10,17 +10,15 @@ use serde::Serialize;
 use crate::course::Course;
 use crate::error::Error;
 use crate::histogram::{Histogram, Mean, T_95};
-use crate::random::Purpose;
+use crate::random::{LOT, Purpose};
 use crate::table::Ended;
 use crate::tally::Tally;
 use crate::tracer::Tracer;
 
 /// Paths of the pilot.
-const PILOT: u64 = 2048;
+const PILOT: u64 = 1024;
 /// Least paths of a result.
 const LEAST: u64 = 8192;
-/// Numbers of paths are rounded up to lots of this size: as many for each replicate.
-const LOT: u64 = 1024;
 /// Paths between two looks at the clock.
 const STRETCH: u64 = 1 << 15;
 /// The power of their number with which the variance of a mean over evenly spread paths falls, or somewhat less: on the settled
@@ -59,7 +57,7 @@ pub struct Part {
 }
 
 impl Part {
-    /// One of several parts of about equal size, counted from 1; each has as many paths of each replicate.
+    /// One of several parts of about equal size, counted from 1; each a multiple of [`LOT`] but for the rest.
     pub fn shard(number: u64, shards: u64, of: u64) -> Self {
         let lots = of.div_ceil(LOT);
         let edge =

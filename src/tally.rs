@@ -71,7 +71,7 @@ pub const PARTS: u64 = 5;
 /// Cells of the view along x and along y: a bed's own parts, whose spread tells what such beds differ by.
 pub const CELLS: u16 = 4;
 
-/// Parts of paths that Russian roulette ended, less those that it added, by replicate or cell.
+/// Parts of paths that Russian roulette ended, less those that it added, by group or cell.
 pub type Ended = BTreeMap<u16, i64>;
 
 /// Counts over some paths. Integers throughout, so that parts add up to the same whole in any
@@ -83,13 +83,13 @@ pub struct Tally {
     pub paths: u64,
     /// Paths that met nothing: they saw past the target and say nothing of it.
     pub missed: u64,
-    /// Parts of paths that reached the sky: states, with the path's replicate as one more number at the end.
+    /// Parts of paths that reached the sky: states, with the path's group as one more number at the end.
     pub escaped: Counts,
     /// Parts of paths that were given up, in the same form.
     pub trapped: Counts,
     /// What makes both add up to the paths.
     pub ended: Ended,
-    /// All again with the cell of the view that the path began in in place of the replicate.
+    /// All again with the cell of the view that the path began in in place of the group.
     pub by_cell: ByCell,
     /// Parts of paths that left for the sky downward, past the target's lower side.
     pub escaped_downward: u64,
@@ -117,7 +117,7 @@ pub struct ByCell {
 /// The path that is under way.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 struct Current {
-    replicate: u16,
+    group: u16,
     cell: Option<u16>,
     hits: u16,
     /// Parts of the path that are still under way.
@@ -155,9 +155,9 @@ impl Tally {
     }
 
     /// Starts a path; `cell` is that of the view, if the view has any.
-    pub(crate) fn begin(&mut self, replicate: usize, cell: Option<u16>) {
+    pub(crate) fn begin(&mut self, group: u16, cell: Option<u16>) {
         self.paths += 1;
-        self.current.replicate = replicate as u16;
+        self.current.group = group;
         self.current.cell = cell;
         self.current.hits = 0;
         self.current.parts = PARTS;
@@ -246,7 +246,7 @@ impl Tally {
         self.current.parts = if goes_on { self.current.parts * times } else { 0 };
         self.current.stands_for *= times;
         let ended = parts - self.current.parts as i64;
-        *self.ended.entry(self.current.replicate).or_default() += ended;
+        *self.ended.entry(self.current.group).or_default() += ended;
         if let Some(cell) = self.current.cell {
             *self.by_cell.ended.entry(cell).or_default() += ended;
         }
@@ -299,10 +299,10 @@ impl Current {
             self.key.sort_unstable();
         }
         self.key.extend(zenith);
-        self.key.push(self.replicate);
+        self.key.push(self.group);
         count(counts, &self.key, parts);
-        if let (Some(cell), Some(group)) = (self.cell, self.key.last_mut()) {
-            *group = cell;
+        if let (Some(cell), Some(last)) = (self.cell, self.key.last_mut()) {
+            *last = cell;
             count(by_cell, &self.key, parts);
         }
     }

@@ -15,7 +15,7 @@ use crate::error::Error;
 use crate::field::{Field, Meets, Ray};
 use crate::geometry::Bed;
 use crate::interrupt;
-use crate::random::{Point, Points, Purpose};
+use crate::random::{CELLS_OF_VIEW, Point, Points, Purpose, group_of};
 use crate::scene::Sides;
 use crate::tally::{CELLS, PARTS, Tally};
 
@@ -134,9 +134,9 @@ impl Tracer {
                 let mut tally = empty();
                 let first = numbers.start + block * BLOCK;
                 let end = (first + BLOCK).min(numbers.end);
-                for (replicate, mut point) in points.of(first, end) {
+                for (net, mut point) in points.of(first, end) {
                     let place = point.pair();
-                    tally.begin(replicate, self.cell(place));
+                    tally.begin(group_of(net, place, CELLS_OF_VIEW), self.cell(place));
                     let ray = self.field.start(place, || point.pair());
                     self.follow(course, ray, &mut point, &mut tally);
                 }

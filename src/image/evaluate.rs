@@ -6,7 +6,7 @@
 use super::bands::Bands;
 use crate::histogram::{Histogram, Mean, Sums};
 use crate::radiometry::Lit;
-use crate::random::REPLICATES;
+use crate::random::GROUPS;
 use crate::tally::Kept;
 
 /// Powers of a reflectance that are computed beforehand.
@@ -33,7 +33,7 @@ pub(super) struct Spectra {
     pub l_sensor: Vec<Mean>,
 }
 
-/// Sums over the paths of each replicate, by wavelength.
+/// Sums over the paths of each group, by wavelength.
 struct Rows {
     nodes: usize,
     sums: Vec<f64>,
@@ -42,12 +42,12 @@ struct Rows {
 
 impl Rows {
     fn new(nodes: usize) -> Self {
-        Self { nodes, sums: vec![0.0; nodes * REPLICATES], open: vec![0.0; nodes] }
+        Self { nodes, sums: vec![0.0; nodes * GROUPS], open: vec![0.0; nodes] }
     }
 
     fn add(&mut self, counts: &[(u16, i64)], values: &[f64]) {
-        for &(replicate, count) in counts {
-            let row = &mut self.sums[usize::from(replicate) * self.nodes..][..self.nodes];
+        for &(group, count) in counts {
+            let row = &mut self.sums[usize::from(group) * self.nodes..][..self.nodes];
             for (sum, value) in row.iter_mut().zip(values) {
                 *sum += count as f64 * value;
             }
@@ -62,18 +62,18 @@ impl Rows {
     }
 
     /// Other sums of the same paths: `factor` times these and `more` for each path.
-    fn affine(&mut self, met: &[f64; REPLICATES], of: impl Fn(usize) -> (f64, f64)) {
+    fn affine(&mut self, met: &[f64; GROUPS], of: impl Fn(usize) -> (f64, f64)) {
         for node in 0..self.nodes {
             let (factor, more) = of(node);
-            for (replicate, met) in met.iter().enumerate() {
-                let sum = &mut self.sums[replicate * self.nodes + node];
+            for (group, met) in met.iter().enumerate() {
+                let sum = &mut self.sums[group * self.nodes + node];
                 *sum = factor * *sum + more * met;
             }
             self.open[node] *= factor.abs();
         }
     }
 
-    fn in_bands(&self, bands: &Bands, met: &[f64; REPLICATES], greatest: &[f64]) -> Vec<Mean> {
+    fn in_bands(&self, bands: &Bands, met: &[f64; GROUPS], greatest: &[f64]) -> Vec<Mean> {
         let seen = |weights: &Vec<(usize, f64)>| {
             let of = |row: &[f64]| weights.iter().map(|&(node, w)| w * row[node]).sum();
             let value = std::array::from_fn(|r| of(&self.sums[r * self.nodes..][..self.nodes]));

@@ -6,14 +6,16 @@ use super::evaluate::Evaluator;
 use crate::course::Course;
 use crate::histogram::{Histogram, Mean, T_95};
 use crate::radiometry::Lit;
-use crate::random::{Points, Purpose, REPLICATES, STRETCH, Sampler};
+use crate::random::{GROUPS, Points, Purpose, STRETCH, Sampler, group_of};
 use crate::tally::Tally;
 use crate::tracer::Tracer;
 
-/// Paths are traced in lots of this size: one of each replicate.
-const LOT: u64 = REPLICATES as u64;
+/// Cells along each side of a pixel.
+const CELLS: u16 = 4;
+/// Paths are traced in lots of this size: one in each cell, from either net.
+const LOT: u64 = GROUPS as u64;
 /// Paths of the pilot, and the least of a pixel.
-const PILOT: u64 = 2 * LOT;
+const PILOT: u64 = LOT;
 /// Wavelengths at which the pilot is evaluated.
 const CHECKED: usize = 32;
 
@@ -58,10 +60,10 @@ impl Pixels<'_> {
         let number = (line * self.camera.pixels[0] + sample) as u64;
         let (first, end) = (number * STRETCH, number * STRETCH + paths);
         let mut tally = Tally::new(self.tracer.bed().materials, self.course.kept);
-        for (replicate, mut point) in Points::new(self.seed, purpose, Sampler::Even).of(first, end)
-        {
-            tally.begin(replicate, None);
-            let ray = self.camera.ray([sample, line], point.pair());
+        for (net, mut point) in Points::new(self.seed, purpose, Sampler::Even).of(first, end) {
+            let place = point.pair();
+            tally.begin(group_of(net, place, CELLS), None);
+            let ray = self.camera.ray([sample, line], place);
             self.tracer.path_of_camera(self.course, ray, &mut point, &mut tally);
         }
         let histogram = Histogram::of(&tally);

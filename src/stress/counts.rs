@@ -31,7 +31,7 @@ pub(super) fn few_paths(setting: &Setting) -> Result<Row, Error> {
         title: "Very few paths",
         swept: Swept { name: "paths", log: true },
         error: "emissivity of a groove's opening, less that to .0005",
-        does: "widens the interval (paths of one replicate tell no spread: +-1), and warns that the tolerance was not \
+        does: "widens the interval (one path tells no spread: +-1), and warns that the tolerance was not \
                reached; status 4 unless so many paths were asked for",
         points,
         left_out: None,

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use super::{FORMAT, Table, TableMaterial};
 use crate::histogram::Histogram;
 use crate::output::{self, OutputError};
-use crate::random::REPLICATES;
+use crate::random::GROUPS;
 use crate::scene::Sky;
 use crate::tally::CELLS;
 
@@ -91,14 +91,14 @@ impl Table {
         }
         let table: Self = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
         let materials = table.materials.len();
-        table.histogram.check(materials, REPLICATES).map_err(wrong)?;
+        table.histogram.check(materials, GROUPS).map_err(wrong)?;
         if table.histogram.paths() + table.missed as f64 != table.paths as f64 {
             return Err(wrong("the states do not add up to the paths".into()));
         }
         if let Some(cells) = &table.cells {
             cells.check(materials, (CELLS * CELLS).into()).map_err(wrong)?;
             if !cells.counts_as(&table.histogram) {
-                return Err(wrong("the cells count other paths than the replicates".into()));
+                return Err(wrong("the cells count other paths than the groups".into()));
             }
         }
         if table.numbers[1].checked_sub(table.numbers[0]) != Some(table.paths) {

@@ -20,7 +20,7 @@ use crate::tally::{ByCell, Tally};
 pub use file::TableError;
 
 /// The format's version, the value of `soilsig_table`.
-pub const FORMAT: u32 = 4;
+pub const FORMAT: u32 = 5;
 
 /// Share of light that may pass straight through a particle of `fresnel` facets along its mean chord: what passes is
 /// scattered in the bed and part of it comes back, but facets count it as absorbed.
@@ -34,7 +34,7 @@ pub const LEAST_WAVELENGTHS: f64 = 10.0;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Table {
-    /// Version of the format: 4.
+    /// Version of the format: 5.
     pub soilsig_table: u32,
     /// The scene's name.
     pub scene: String,
@@ -86,7 +86,7 @@ pub struct Table {
     pub remarks: Vec<Remark>,
     /// What the paths did.
     pub histogram: Histogram,
-    /// The same by cells of the view in place of replicates, where the target fills the view.
+    /// The same by cells of the view in place of groups, where the target fills the view.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cells: Option<Histogram>,
 }
