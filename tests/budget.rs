@@ -316,7 +316,7 @@ fn cells_that_were_tampered_with_are_refused() {
         assert!(said.contains(because) && said.contains("hint:"), "{because:?} is not in {said}");
     };
     let add = |count: &mut Value, by: i64| *count = json!(count.as_i64().expect("whole") + by);
-    let other = "the cells count other paths than the replicates";
+    let other = "the cells count other paths than the groups";
     refused(&|cells| cells["escaped"][0][1][0][0] = json!(16), "cell is not within 0 to 15");
     refused(&|cells| add(&mut cells["escaped"][0][1][0][1], 5), other);
     // As many paths in all, of which some bring other weights.

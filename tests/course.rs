@@ -4,7 +4,10 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::{f64, fs};
 
+use soilsig::course::Course;
+use soilsig::histogram::Histogram;
 use soilsig::radiometry::planck;
+use soilsig::random::Purpose;
 use soilsig::scene::Scene;
 use soilsig::signature::{self, Band, Grid};
 use soilsig::spectrum::Spectrum;
@@ -208,4 +211,31 @@ fn an_isothermal_trough_under_a_sky_of_its_temperature_looks_black_whatever_its_
         band.l_target.mean
     );
     assert!(band.emissivity.mean < 0.99, "though it does reflect");
+}
+
+/// Roulette ends paths by the spectra that they are traced for, and those that go on stand for them whatever spectra the table is
+/// evaluated with.
+#[test]
+fn what_roulette_ends_others_stand_for() {
+    let case = Case::new(TROUGH, 0.0, "", &[r#""spectrum": {"constant": 0.5}"#; 2]);
+    let scene = Scene::read(&case.path()).expect("the scene is sound");
+    let tracer = trace::tracer(&scene, &case.path()).expect("its meshes are sound");
+    let materials = trace::materials(&scene, &case.path()).expect("sound");
+    let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
+    let of = |seed: u64, greatest: f64| {
+        let course = Course::new(&scene, &spectra).ending_below(0.0, &[vec![greatest; 2]]);
+        let paths = 0..1 << 16;
+        let traced = tracer.trace(&course, seed, Purpose::Result, paths.clone(), &|_| ());
+        let histogram = Histogram::of(&traced.expect("traced"));
+        assert_eq!(histogram.ended.is_empty(), greatest == 1.0);
+        assert_eq!(histogram.paths(), paths.end as f64, "what is ended is counted all the same");
+        histogram
+    };
+    let (all, some) = (of(1, 1.0), of(2, 0.15));
+    for rho in [[0.15, 0.15], [0.6, 0.3], [0.95, 0.95]] {
+        let (all, some) = (all.weight(&rho), some.weight(&rho));
+        let error = all.standard_error.hypot(some.standard_error);
+        assert!((all.mean - some.mean).abs() <= 4.0 * error, "{rho:?}: {all:?} {some:?}");
+        assert!(error < 0.01 * all.mean, "{rho:?}: {error} would see nothing");
+    }
 }

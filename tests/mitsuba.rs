@@ -123,7 +123,7 @@ fn the_shipped_patch_agrees_with_mitsuba() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     let cases = (REFLECTANCES.len() * VIEWS_DEG.len()) as f64;
-    // Sidak's level of each comparison; few renders know less of their spread than our replicates.
+    // Sidak's level of each comparison; few renders know less of their spread than our groups.
     let level = 1.0 - (1.0 - LEVEL).powf(1.0 / cases);
     let n = SEEDS as f64;
     let student = StudentsT::new(0.0, 1.0, n - 1.0).expect("degrees of freedom");

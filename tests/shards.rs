@@ -68,8 +68,8 @@ fn tables_that_are_no_parts_of_one_trace_are_refused() {
         }
         assert!(!place.path("m.json").exists());
     };
-    refused(&["1.json", "3.json"], &["3.json", "paths 1024 to 2048 before it are in none"]);
-    refused(&["1.json", "2.json"], &["2.json", "paths 2048 to 4096 after it are in none"]);
+    refused(&["1.json", "3.json"], &["3.json", "paths 1024 to 2560 before it are in none"]);
+    refused(&["1.json", "2.json"], &["2.json", "paths 2560 to 4096 after it are in none"]);
     refused(&["2.json", "3.json"], &["2.json", "paths 0 to 1024 before it are in none"]);
     refused(&["1.json", "2.json", "1.json", "3.json"], &["1.json", "are in another part too"]);
     for (more, differs) in [

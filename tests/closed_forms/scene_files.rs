@@ -84,7 +84,7 @@ fn two_materials_are_told_apart_by_what_the_sensor_sees_first() {
         usemtl m0\nf 1 2 5 6\nusemtl m1\nf 2 3 4 5\n";
     let table = Case::new(halves, ALONE, &[0.9, 0.6]).trace(0.001);
     let (value, error) = emissivity(&table);
-    // As many paths of each replicate see either half: then there is no spread.
+    // As many paths of each group see either half: then there is no spread.
     assert!((value - 0.75).abs() <= 3.0 * error, "{value} +- {error}");
     let share = table.materials[0].first_hits as f64 / table.paths as f64;
     assert!((share - 0.5).abs() < 0.01, "{share}");
