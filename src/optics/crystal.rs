@@ -172,38 +172,38 @@ mod tests {
 
     #[test]
     fn the_constants_recovered_from_the_tables_of_zeidler_posch_and_mutschke_return_their_rows() {
-        // Astron. Astrophys. 553, A81 (2013), natural quartz at 300 K: wavelength in um, n, k. Those of 7.5 and 11 um are
+        // Astron. Astrophys. 553, A81 (2013), natural quartz at 300 K: wavenumber in cm-1, n, k. Those of 1333 and 910 are
         // among the rows that the parameters were recovered from, the others are not.
         let quartz = crystal("quartz_zeidler").expect("shipped");
         for (axis, rows) in [
             (
                 &quartz.ordinary,
                 [
-                    (7.501875, 0.973158, 0.018594),
-                    (8.156607, 0.198618, 0.205606),
-                    (8.605852, 0.407841, 1.384820),
-                    (8.650519, 0.345120, 1.061998),
-                    (9.199632, 0.344954, 3.618526),
-                    (12.610340, 3.209879, 1.317223),
+                    (1333.0, 0.9732, 0.0186),
+                    (1226.0, 0.1986, 0.2056),
+                    (1162.0, 0.4078, 1.3848),
+                    (1156.0, 0.3451, 1.062),
+                    (1087.0, 0.345, 3.6185),
+                    (793.0, 3.2099, 1.3172),
                 ],
             ),
             (
                 &quartz.extraordinary,
                 [
-                    (7.501875, 0.932100, 0.024778),
-                    (8.071025, 0.255979, 0.226071),
-                    (8.605852, 0.139411, 1.408019),
-                    (8.650519, 0.148587, 1.512533),
-                    (9.199632, 1.314304, 4.509339),
-                    (10.989011, 2.027012, 0.016383),
+                    (1333.0, 0.9321, 0.0248),
+                    (1239.0, 0.256, 0.2261),
+                    (1162.0, 0.1394, 1.408),
+                    (1156.0, 0.1486, 1.5125),
+                    (1087.0, 1.3143, 4.5093),
+                    (910.0, 2.027, 0.0164),
                 ],
             ),
         ] {
-            for (um, n, k) in rows {
-                let index = axis.index(um);
+            for (wavenumber, n, k) in rows {
+                let index = axis.index(1e4 / wavenumber);
                 assert!(
                     (index - Complex64::new(n, k)).norm() < 3e-4,
-                    "{um}: {index}, table {n} {k}"
+                    "{wavenumber}: {index}, table {n} {k}"
                 );
             }
         }
