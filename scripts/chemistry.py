@@ -24,13 +24,15 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
 SCENE = ROOT / "scenes" / "quartz_sand.json"
-SHAPES = ("fine_35", "fine_60", "grain_500", "grain_640", "grain_853")
+SHAPES = ("fine_60", "grain_500", "grain_640", "grain_853")
 RANGES_UM = ((7.5, 12.0), (8.0, 9.5), (10.0, 12.0))
 UM = np.round(np.arange(7.5, 12.005, 0.01), 2)
 PATHS = 8192
 PACKINGS = 16
 COSINES = 64
-SPECULAR = {"spectrum": {"fresnel": "quartz"}}
+BEST = "quartz_zeidler"
+SETS = ("quartz_spitzer_kleinman", "quartz", BEST)
+SPECULAR = {"spectrum": {"fresnel": BEST}}
 
 
 class Measured:
@@ -211,68 +213,74 @@ def evaluated(tables, reflectances):
     return np.mean(curves, 0)
 
 
-def quartz():
+def quartz(of_e=BEST):
     """Dielectric function along both axes by band, cosines in the middle of bins, and there the
     reflectance across and within the plane of incidence."""
-    crystal = json.loads((ROOT / "spectra" / "quartz.json").read_text())
-    o, e = (axis(crystal[name], 1e4 / UM)[:, None] for name in ("ordinary", "extraordinary"))
+    both = (json.loads((ROOT / "spectra" / f"{name}.json").read_text()) for name in (BEST, of_e))
+    names = "ordinary", "extraordinary"
+    o, e = (axis(crystal[name], 1e4 / UM)[:, None] for crystal, name in zip(both, names))
     middles = (np.arange(COSINES) + 0.5)[None] / COSINES
-    of_o, of_e = fresnel(o, middles), fresnel(e, middles)
-    return o, e, middles, [(2 * of_o[i] + of_e[i]) / 3 for i in (0, 1)]
+    of_axes = fresnel(o, middles), fresnel(e, middles)
+    return o, e, middles, [(2 * of_axes[0][i] + of_axes[1][i]) / 3 for i in (0, 1)]
 
 
 def other_optics(tables):
     """The specular bed once more, with the crystal's axes and polarisation done better."""
     o, e, middles, (s, p) = quartz()
-    plain, exact, all_s, all_p = evaluated(tables, [(s + p) / 2, any_axis(o, e, middles), s, p])
+    other = [sum(quartz("quartz")[3]) / 2, any_axis(o, e, middles), s, p]
+    plain, mixed, exact, all_s, all_p = evaluated(tables, [(s + p) / 2, *other])
     return {
         "the same, evaluated here": plain,
+        "extraordinary ray of `quartz`": mixed,
         "axes: exact mean over their directions": exact,
         "polarisation kept, all hits in one plane (a bound)": (all_s + all_p) / 2,
     }
 
 
-def steps_table(work, beds, coarse):
+def steps_table(work, beds_of, coarse):
+    """Returns the specular curve of each bed by the best set."""
     print("\n## What each step buys, coarse\n")
     head("facets", "constants", *(f"{m.sample} {a:g}-{b:g}" for m in coarse for a, b in RANGES_UM))
-    named = ("quartz_spitzer_kleinman", "quartz")
+    sand, curves = beds_of["quartz_sand"], {}
 
     def line(what, constants, curve):
         row(what, constants, *(f"{m.rms(curve, r):.4f}" for m in coarse for r in RANGES_UM))
 
-    grey = work.trace(beds, "grey", {"spectrum": {"constant": 0.05}})
-    for constants in named:
+    grey = work.trace(sand, "grey", {"spectrum": {"constant": 0.05}})
+    for constants in SETS:
         spectrum = work.folder / f"{constants}.csv"
         work.run("spectra", "convert", f"fresnel:{constants}", "--range", "7-14", "--out", spectrum)
         curve = work.curve(grey, "--spectrum", f"quartz={spectrum}")
         line("Lambertian, hemispherical mean", constants, curve.emissivity)
-    for what, name, material in (
-        ("Lambertian direction, by angle", "by_angle", dict(SPECULAR, specular=0)),
-        ("specular", "specular", SPECULAR),
+    for what, name, material, beds in (
+        ("Lambertian direction, by angle", "by_angle", dict(SPECULAR, specular=0), sand),
+        *((f"specular, {bed}", "specular", SPECULAR, beds) for bed, beds in beds_of.items()),
     ):
         tables = work.trace(beds, name, material)
-        for constants in named:
-            curve = work.curve(tables, "--spectrum", f"quartz=fresnel:{constants}")
-            line(what, constants, curve.emissivity)
-    for what, other in other_optics(tables).items():
-        line(what, "quartz", other)
-    return curve
+        for constants in SETS:
+            curves[what] = work.curve(tables, "--spectrum", f"quartz=fresnel:{constants}")
+            line(what, constants, curves[what].emissivity)
+    for bed, beds in beds_of.items():
+        for what, other in other_optics(work.trace(beds, "specular", SPECULAR)).items():
+            line(f"{what}, {bed}", BEST, other)
+    return {bed: curves[f"specular, {bed}"] for bed in beds_of}
 
 
-def misses_table(curve, coarse):
-    print("\n## Where the specular bed misses (bed less sample)\n")
+def misses_table(curves, coarse):
+    print(f"\n## Where the specular beds miss (bed less sample), `{BEST}`\n")
     at = (7.7, 8.0, 8.2, 8.5, 8.62, 8.75, 9.0, 9.3, 9.45, 9.7, 10.0, 10.5, 11.0, 11.5)
-    head("um", *(f"{um:g}" for um in at))
+    head("bed", "um", *(f"{um:g}" for um in at))
     places = [np.abs(UM - um).argmin() for um in at]
-    for m in coarse:
-        row(m.sample, *(f"{curve.emissivity[i] - m.emissivity[i]:+.3f}" for i in places))
-    row("standard error", *(f"{curve.error[i]:.3f}" for i in places))
-    row("valid", *("yes" if curve.valid[i] else "no" for i in places))
+    for bed, curve in curves.items():
+        for m in coarse:
+            row(bed, m.sample, *(f"{curve.emissivity[i] - m.emissivity[i]:+.3f}" for i in places))
+        row(bed, "standard error", *(f"{curve.error[i]:.3f}" for i in places))
+        row(bed, "valid", *("yes" if curve.valid[i] else "no" for i in places))
 
 
 def shapes_table(work, coarse):
     """Returns the beds of each shape."""
-    print("\n## Shape and porosity, coarse, specular, `quartz`\n")
+    print(f"\n## Shape and porosity, coarse, specular, `{BEST}`\n")
     head(
         "bed",
         "porosity",
@@ -284,9 +292,9 @@ def shapes_table(work, coarse):
     )
     beds, each = {}, []
     for name, change in BEDS.items():
-        packings = PACKINGS if name == "quartz_sand" else PACKINGS // 2
+        packings = PACKINGS if name in FRESNEL_BEDS else PACKINGS // 2
         beds[name] = work.drop(name, change, packings)
-        tables = work.trace(beds[name], "specular", {"spectrum": {"fresnel": "quartz"}})
+        tables = work.trace(beds[name], "specular", SPECULAR)
         curve = work.curve(tables).emissivity
         rms = [f"{m.rms(curve, r):.4f}" for m in coarse for r in RANGES_UM]
         pure = pure_bed(work.trace(beds[name], "grey", {"spectrum": {"constant": 0.05}}))
@@ -376,12 +384,15 @@ def of_one_size(packing):
 
 BEDS = {
     "quartz_sand": lambda packing: None,
+    "quartz_sand_touching": no_gaps(lambda packing: None),
     **{shape: no_gaps(lambda packing, shape=shape: of_shape(packing, shape)) for shape in SHAPES},
     "grain_500_one_size": no_gaps(of_one_size),
     "fine_35_gaps": gaps(0.4, "fine_35"),
     "fine_60_gaps": gaps(0.4, "fine_60"),
     "grain_500_gaps": gaps(0.5, "grain_500"),
 }
+# Traced in more packings, and compared band by band.
+FRESNEL_BEDS = ("quartz_sand", "quartz_sand_touching")
 
 
 def modes_table(work, beds, others, measured):
@@ -512,7 +523,8 @@ def main():
     for m in sorted(map(Measured, args.library), key=lambda m: m.sample):
         measured.setdefault(m.size, []).append(m)
     coarse, fine = measured.get("coarse", []), measured.get("fine", [])
-    misses_table(steps_table(work, sand, coarse), coarse)
+    compared = {name: work.drop(name, BEDS[name]) for name in FRESNEL_BEDS}
+    misses_table(steps_table(work, compared, coarse), coarse)
     beds_of = shapes_table(work, coarse)
     modes_table(work, sand, beds_of["grain_853"], measured)
     out = work.folder / "powder.csv"

@@ -215,7 +215,7 @@ fn bands_in_which_fresnel_grains_let_light_through_are_marked() {
     let table = Table::read(&place.path("t.json")).expect("a table");
     let chord_um = table.materials[0].mean_chord_um.expect("a closed box");
     assert!((chord_um - 200.0).abs() < 1e-9, "{chord_um}");
-    // exp(-4 pi k chord / wavelength), by the constants' k: .0402 and .0340 at 10 um, .0087 and .0086 at 11 um.
+    // exp(-4 pi k chord / wavelength), by the constants' k: .0402 and .0335 at 10 um, .0087 and .0082 at 11 um.
     for (um, valid) in [(9.0, true), (8.6, true), (11.0, false), (11.5, false)] {
         assert_eq!(table.materials[0].is_valid(um), valid, "{um}");
     }

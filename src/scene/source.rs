@@ -18,8 +18,8 @@ pub enum SpectrumSource {
     File(PathBuf),
     /// The same emissivity at every wavelength, 0 to 1.
     Constant(f64),
-    /// Shipped optical constants, `quartz` or `quartz_spitzer_kleinman`: the facets reflect specularly,
-    /// with the Fresnel reflectance at the angle of each hit.
+    /// Shipped optical constants, `quartz`, `quartz_zeidler` or `quartz_spitzer_kleinman`: the facets reflect
+    /// specularly, with the Fresnel reflectance at the angle of each hit.
     Fresnel(String),
     /// Facets such that a bed of them alone has the emissivity of a powder's spectrum.
     Inverted(Inverted),

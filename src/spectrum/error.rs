@@ -120,7 +120,7 @@ impl SpectrumError {
         Some(match self {
             Self::Unknown(_) => format!("there are {}", POWDERS.map(|(name, _)| name).join(", ")),
             Self::UnknownConstants(_) => {
-                format!("there are {}", QUARTZ_SETS.map(|(name, _)| name).join(" and "))
+                format!("there are {}", QUARTZ_SETS.map(|(name, _)| name).join(", "))
             }
             Self::Form { .. } => "docs/spectra.md names the formats that are read; bad values at \
                                   wavelengths that are not wanted can be left out: `soilsig \

@@ -12,16 +12,16 @@ pub(super) const POWDERS: [(&str, &str); 3] = [
     ("quartz_coarse", include_str!("../../spectra/quartz_coarse.json")),
 ];
 
-/// Names of the shipped sets of optical constants of crystalline quartz, each with its file; the
-/// one nearer to measured powders first.
-pub(super) const QUARTZ_SETS: [(&str, &str); 2] = [
+/// Names of the shipped sets of optical constants of crystalline quartz, each with its file.
+pub(super) const QUARTZ_SETS: [(&str, &str); 3] = [
     ("quartz", include_str!("../../spectra/quartz.json")),
+    ("quartz_zeidler", include_str!("../../spectra/quartz_zeidler.json")),
     ("quartz_spitzer_kleinman", include_str!("../../spectra/quartz_spitzer_kleinman.json")),
 ];
 
 /// A shipped set of optical constants by name.
 pub fn crystal(name: &str) -> Result<&'static UniaxialCrystal, SpectrumError> {
-    static SETS: LazyLock<[UniaxialCrystal; 2]> = LazyLock::new(|| {
+    static SETS: LazyLock<[UniaxialCrystal; QUARTZ_SETS.len()]> = LazyLock::new(|| {
         QUARTZ_SETS.map(|(_, text)| {
             serde_json::from_str(text).expect("the shipped constants are read by a test")
         })
