@@ -337,8 +337,8 @@ def pure_bed(tables):
     of_each = np.zeros((2, len(beds), 129))
     for i, histogram in enumerate(beds):
         for kind, counts in zip(of_each, (histogram["escaped"], histogram["trapped"])):
-            for state, by_replicate in counts:
-                kind[i, state[0]] += sum(n for _, n in by_replicate)
+            for state, by_group in counts:
+                kind[i, state[0]] += sum(n for _, n in by_group)
     of_each /= of_each.sum((0, 2))[None, :, None]
     facets = np.arange(101) / 100
     series = (of_each[0] + of_each[1] / 2) @ facets[None, :] ** np.arange(129)[:, None]
