@@ -4,6 +4,7 @@
 //! to it. The histogram is all that any spectra need to know of a traced bed: it is evaluated
 //! without tracing again.
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::packings::quantile_95;
@@ -271,18 +272,47 @@ impl Histogram {
         }
     }
 
+    /// The mean weight in each of some bands, given as one reflectance for each symbol: [`Histogram::weight`] of many at once.
+    pub fn weight_in(&self, bands: &[Vec<f64>]) -> Vec<Mean> {
+        const LANES: usize = 16;
+        let met = self.met();
+        let means = |lanes: &[Vec<f64>]| -> Vec<Mean> {
+            let of = |lane: usize| lanes.get(lane).unwrap_or(&lanes[0]).as_slice();
+            let sums = self.weights_of::<LANES>(std::array::from_fn(of));
+            sums.iter().take(lanes.len()).map(|sums| sums.mean(&met, 1.0)).collect()
+        };
+        bands.par_chunks(LANES).flat_map_iter(means).collect()
+    }
+
     fn weights(&self, reflectance: &[f64]) -> Sums {
-        let product = Product::new(self.kept, reflectance);
-        let mut sums = Sums::new();
+        let [sums] = self.weights_of([reflectance]);
+        sums
+    }
+
+    /// Of so many bands, which are the inner loop.
+    fn weights_of<const LANES: usize>(&self, bands: [&[f64]; LANES]) -> [Sums; LANES] {
+        let product = Product::new(self.kept, bands);
+        let mut values = [[0.0; LANES]; GROUPS];
+        let mut open = [0.0; LANES];
+        let mut add = |counts: &[(u16, i64)], weight: [f64; LANES]| {
+            for &(group, count) in counts {
+                for (sum, weight) in values[usize::from(group)].iter_mut().zip(weight) {
+                    *sum += count as f64 * weight;
+                }
+            }
+        };
         for (state, counts) in &self.escaped {
             let (hits, _) = self.kept.split(state);
-            sums.add(counts, product.of(hits), 0.0);
+            add(counts, product.of(hits));
         }
         for (state, counts) in &self.trapped {
-            let half = product.of(state) / 2.0;
-            sums.add(counts, half, half);
+            let half = product.of(state).map(|weight| weight / 2.0);
+            add(counts, half);
+            for (open, half) in open.iter_mut().zip(half) {
+                *open += counts.iter().map(|&(_, count)| count as f64 * half).sum::<f64>();
+            }
         }
-        sums
+        std::array::from_fn(|lane| Sums { value: values.map(|of| of[lane]), open: open[lane] })
     }
 
     /// The radiance that reaches the sensor.
@@ -291,14 +321,14 @@ impl Histogram {
     /// If materials differ in radiance and the histogram does not keep the order of hits.
     pub fn radiance(&self, sources: Sources) -> Radiance {
         let Sources { reflectance, l_blackbody, l_sky } = sources;
-        let product = Product::new(self.kept, reflectance);
+        let product = Product::new(self.kept, [reflectance]);
         let alike = l_blackbody.iter().all(|l| *l == l_blackbody[0]);
         assert!(alike || self.kept.order, "materials differ in temperature: their order is needed");
         let cosines = usize::from(self.kept.cosines);
         // What the hits of a path emit, and the weight that is left for what comes after them.
         let emitted = |hits: &[u16]| {
             if alike {
-                let weight = product.of(hits);
+                let [weight] = product.of(hits);
                 return ((1.0 - weight) * l_blackbody[0], weight);
             }
             hits.iter().fold((0.0, 1.0), |(sum, weight), &symbol| {
@@ -363,33 +393,44 @@ fn grouped(counts: &Counts) -> Vec<Counted> {
     groups
 }
 
-/// The product of the reflectances of a path's hits.
-struct Product<'a> {
+/// The product of the reflectances of a path's hits, in so many bands.
+struct Product<'a, const LANES: usize> {
     lists: bool,
-    reflectance: &'a [f64],
-    /// States are many, powers few.
-    powers: Vec<Vec<f64>>,
+    bands: [&'a [f64]; LANES],
+    /// By symbol and number of hits: states are many, powers few.
+    powers: Vec<Vec<[f64; LANES]>>,
 }
 
-impl<'a> Product<'a> {
-    fn new(kept: Kept, reflectance: &'a [f64]) -> Self {
+impl<'a, const LANES: usize> Product<'a, LANES> {
+    fn new(kept: Kept, bands: [&'a [f64]; LANES]) -> Self {
         let lists = kept.lists();
-        let of = |rho: &f64| {
-            std::iter::successors(Some(1.0), |power| Some(power * rho)).take(POWERS).collect()
+        let of = |symbol: usize| {
+            let rho = bands.map(|band| band[symbol]);
+            let next = |power: &[f64; LANES]| Some(std::array::from_fn(|i| power[i] * rho[i]));
+            std::iter::successors(Some([1.0; LANES]), next).take(POWERS).collect()
         };
-        let powers = if lists { Vec::new() } else { reflectance.iter().map(of).collect() };
-        Self { lists, reflectance, powers }
+        let symbols = if lists { 0 } else { bands[0].len() };
+        Self { lists, bands, powers: (0..symbols).map(of).collect() }
     }
 
-    fn of(&self, hits: &[u16]) -> f64 {
-        if self.lists {
-            return hits.iter().map(|&symbol| self.reflectance[usize::from(symbol)]).product();
-        }
-        let power = |(material, &n): (usize, &u16)| {
-            let listed = self.powers[material].get(usize::from(n)).copied();
-            listed.unwrap_or_else(|| self.reflectance[material].powi(n.into()))
+    fn of(&self, hits: &[u16]) -> [f64; LANES] {
+        let mut product = [1.0; LANES];
+        let mut times = |factors: [f64; LANES]| {
+            for (product, factor) in product.iter_mut().zip(factors) {
+                *product *= factor;
+            }
         };
-        hits.iter().enumerate().map(power).product()
+        if self.lists {
+            for &symbol in hits {
+                times(self.bands.map(|band| band[usize::from(symbol)]));
+            }
+            return product;
+        }
+        for (material, &n) in hits.iter().enumerate().filter(|(_, n)| **n > 0) {
+            let listed = self.powers[material].get(usize::from(n)).copied();
+            times(listed.unwrap_or_else(|| self.bands.map(|band| band[material].powi(n.into()))));
+        }
+        product
     }
 }
 

@@ -4,7 +4,6 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::course::Course;
@@ -21,8 +20,7 @@ const PILOT: u64 = 1024;
 const LEAST: u64 = 8192;
 /// Paths between two looks at the clock.
 const STRETCH: u64 = 1 << 15;
-/// The power of their number with which the variance of a mean over evenly spread paths falls, or somewhat less: on the settled
-/// patch it is 1.25.
+/// The power of their number with which the variance of a mean over evenly spread paths falls (docs/tracer.md).
 const EVENNESS: f64 = 1.2;
 /// What the pilot says is raised by so much, so that one round is mostly enough: the pilot's spread and the result's own are each
 /// known to a fifth, and where rounds end as soon as the spread is small by chance, intervals hold the truth too seldom.
@@ -107,15 +105,13 @@ pub struct Sureness {
 impl Sureness {
     /// Of the bands, given as one reflectance for each symbol.
     pub fn of(histogram: &Histogram, bands: &[Vec<f64>], tolerance: f64) -> Self {
-        let (widest, weight) = bands
-            .par_iter()
-            .enumerate()
-            .map(|(band, reflectance)| (band, histogram.weight(reflectance)))
-            .reduce_with(|a, b| {
-                let (x, y) = (a.1.half_width(), b.1.half_width());
-                if (y, a.0) > (x, b.0) { b } else { a }
-            })
-            .expect("there is at least one band");
+        let weights = histogram.weight_in(bands);
+        let wider = |a: &(usize, Mean), b: &(usize, Mean)| {
+            // The first of several that are as wide.
+            a.1.half_width().total_cmp(&b.1.half_width()).then(b.0.cmp(&a.0))
+        };
+        let (widest, weight) =
+            weights.into_iter().enumerate().max_by(wider).expect("there is at least one band");
         let enough = histogram.paths() >= least_met(tolerance);
         Self { widest, weight, reached: weight.half_width() <= tolerance && enough }
     }
