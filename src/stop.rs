@@ -12,14 +12,12 @@ use crate::histogram::{Histogram, Mean, T_95};
 use crate::random::{LOT, Purpose};
 use crate::table::Ended;
 use crate::tally::Tally;
-use crate::tracer::Tracer;
+use crate::tracer::{Tracer, WAVE};
 
 /// Paths of the pilot.
-const PILOT: u64 = 1024;
+const PILOT: u64 = 512;
 /// Least paths of a result.
 const LEAST: u64 = 8192;
-/// Paths between two looks at the clock.
-const STRETCH: u64 = 1 << 15;
 /// The power of their number with which the variance of a mean over evenly spread paths falls (docs/tracer.md).
 const EVENNESS: f64 = 1.2;
 /// What the pilot says is raised by so much, so that one round is mostly enough: the pilot's spread and the result's own are each
@@ -156,14 +154,14 @@ pub fn trace(
         let wanted = end(traced.wanted) - first;
         while traced.tally.paths < wanted {
             let from = first + traced.tally.paths;
-            let to = (from + STRETCH).min(first + wanted);
+            let to = (from + WAVE).min(first + wanted);
             let done = AtomicU64::new(traced.tally.paths);
-            let stretch = tracer.trace(course, seed, Purpose::Result, from..to, &|paths| {
+            let wave = tracer.trace(course, seed, Purpose::Result, from..to, &|paths| {
                 let sum = done.fetch_add(paths, Ordering::Relaxed) + paths;
                 (watch.progress)(sum, wanted);
             });
-            match stretch {
-                Ok(stretch) => traced.tally.add(&stretch),
+            match wave {
+                Ok(wave) => traced.tally.add(&wave),
                 Err(error) => {
                     (watch.keep)(&traced)?;
                     return Err(error);

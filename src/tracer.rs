@@ -6,7 +6,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::bvh::{Accelerator, Hit};
@@ -19,9 +19,11 @@ use crate::random::{CELLS_OF_VIEW, Point, Points, Purpose, group_of};
 use crate::scene::Sides;
 use crate::tally::{CELLS, PARTS, Tally};
 
-/// Paths that one thread traces at a go. Fixed, so that the work is cut the same way for any number of
-/// threads.
-const BLOCK: u64 = 1024;
+/// Paths that are put in order and traced before those that come after them.
+pub(crate) const WAVE: u64 = 1 << 15;
+
+/// Paths that one thread traces at a go.
+const BLOCK: usize = 1024;
 
 /// By how much a ray's origin is lifted off its facet, as a share of the greatest coordinate: 256 times what
 /// a double is rounded by. Hit points and their way from the mesh's coordinates into the scene's and into
@@ -124,29 +126,51 @@ impl Tracer {
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Tally, Error> {
         let points = Points::new(seed, purpose, course.sampler);
-        let empty = || Tally::new(self.bed.materials, course.kept);
-        (0..(numbers.end - numbers.start).div_ceil(BLOCK))
-            .into_par_iter()
+        let mut sum = self.nothing(course);
+        for first in numbers.clone().step_by(WAVE as usize) {
+            let end = (first + WAVE).min(numbers.end);
+            sum.add(&self.wave(course, points.of(first, end), progress)?);
+        }
+        Ok(sum)
+    }
+
+    fn nothing(&self, course: &Course) -> Tally {
+        Tally::new(self.bed.materials, course.kept)
+    }
+
+    /// Traces some paths in the order of where they begin: paths beside each other meet the same nodes and triangles, which are
+    /// still at hand. Counts do not depend on the order.
+    fn wave(
+        &self,
+        course: &Course,
+        points: impl Iterator<Item = (u16, Point)>,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<Tally, Error> {
+        let begun = |(net, mut point): (u16, Point)| (point.pair(), net, point);
+        let mut paths: Vec<_> = points.map(begun).collect();
+        paths.sort_by_cached_key(|(place, ..)| along_z_curve(*place));
+        paths
+            .par_chunks_mut(BLOCK)
             .map(|block| {
                 if interrupt::requested() {
                     return Err(Error::Interrupted);
                 }
-                let mut tally = empty();
-                let first = numbers.start + block * BLOCK;
-                let end = (first + BLOCK).min(numbers.end);
-                for (net, mut point) in points.of(first, end) {
-                    let place = point.pair();
-                    tally.begin(group_of(net, place, CELLS_OF_VIEW), self.cell(place));
-                    let ray = self.field.start(place, || point.pair());
-                    self.follow(course, ray, &mut point, &mut tally);
+                let mut tally = self.nothing(course);
+                for (place, net, point) in &mut *block {
+                    tally.begin(group_of(*net, *place, CELLS_OF_VIEW), self.cell(*place));
+                    let ray = self.field.start(*place, || point.pair());
+                    self.follow(course, ray, point, &mut tally);
                 }
-                progress(end - first);
+                progress(block.len() as u64);
                 Ok(tally)
             })
-            .try_reduce(empty, |mut sum, part| {
-                sum.add(&part);
-                Ok(sum)
-            })
+            .try_reduce(
+                || self.nothing(course),
+                |mut sum, part| {
+                    sum.add(&part);
+                    Ok(sum)
+                },
+            )
     }
 
     /// The cell of the view at a place of it, where the target fills the view.
@@ -203,7 +227,7 @@ impl Tracer {
                             }
                         }
                     }
-                    let leaving = Leaving { ray, point, facet, normal, numbers };
+                    let leaving = Leaving::new(ray, point, facet, normal, numbers);
                     (ray, event) = if hits == 1 && facet.specular < 1.0 {
                         match self.split(&leaving, random, tally) {
                             Some(rest) => rest,
@@ -331,43 +355,64 @@ struct Leaving {
     ray: Ray,
     point: DVec3,
     facet: Facet,
-    normal: DVec3,
-    /// Where the first of the directions lies among all.
-    numbers: [f64; 2],
+    /// The tangent, the bitangent and the normal.
+    frame: DMat3,
+    /// Where the first of the directions lies among all: a share of the specular and of the disc below the normal, and
+    /// where on the circle.
+    share: f64,
+    on_circle: DVec2,
 }
 
 impl Leaving {
-    /// The ray of that number below [`PARTS`]: the numbers lie on a Fibonacci lattice, which is even in both coordinates.
+    fn new(ray: Ray, point: DVec3, facet: Facet, normal: DVec3, [share, turn]: [f64; 2]) -> Self {
+        let (tangent, bitangent) = normal.any_orthonormal_pair();
+        let frame = DMat3::from_cols(tangent, bitangent, normal);
+        let on_circle = DVec2::from_angle(std::f64::consts::TAU * turn);
+        Self { ray, point, facet, frame, share, on_circle }
+    }
+
+    /// The ray of that number below [`PARTS`]: the numbers lie on a Fibonacci lattice, which is even in share and turn.
     fn ray(&self, number: u64) -> Ray {
-        const LATTICE: [u64; 2] = [1, 2];
-        let mut at = self.numbers;
-        for (x, step) in at.iter_mut().zip(LATTICE) {
-            *x = (*x + (number * step % PARTS) as f64 / PARTS as f64).fract();
-        }
+        const { assert!(PARTS == 5) };
+        /// Cosine and sine of no, one and two fifths of a turn.
+        const FIFTHS: [DVec2; 3] = [
+            DVec2::new(1.0, 0.0),
+            DVec2::new(0.309_016_994_374_947_45, 0.951_056_516_295_153_5),
+            DVec2::new(-0.809_016_994_374_947_5, 0.587_785_252_292_473_1),
+        ];
+        let share = self.share + number as f64 / PARTS as f64;
+        let share = if share < 1.0 { share } else { share - 1.0 };
+        let turn = match 2 * number % PARTS {
+            fifths @ 0..3 => FIFTHS[fifths as usize],
+            fifths => FIFTHS[(PARTS - fifths) as usize] * DVec2::new(1.0, -1.0),
+        };
         let mut ray = self.ray;
         ray.origin = self.point;
-        ray.direction = reflected(self.facet, ray.direction, self.normal, at);
+        ray.direction = self.reflected(share, turn.rotate(self.on_circle));
         ray
     }
+
+    /// The direction in which the facet sends a path on: a facet that is specular in part chooses by the share,
+    /// whose rest serves the Lambertian part.
+    fn reflected(&self, share: f64, on_circle: DVec2) -> DVec3 {
+        let specular = self.facet.specular;
+        if share < specular {
+            let (direction, normal) = (self.ray.direction, self.frame.z_axis);
+            return (direction - 2.0 * direction.dot(normal) * normal).normalize();
+        }
+        self.frame * cosine_direction((share - specular) / (1.0 - specular), on_circle)
+    }
 }
 
-/// The direction in which a facet sends a path on: a facet that is specular in part chooses by the first number,
-/// whose rest serves the Lambertian part.
-fn reflected(facet: Facet, direction: DVec3, normal: DVec3, [u, v]: [f64; 2]) -> DVec3 {
-    if facet.specular == 0.0 {
-        return cosine_direction(normal, [u, v]);
-    }
-    if u < facet.specular {
-        return (direction - 2.0 * direction.dot(normal) * normal).normalize();
-    }
-    cosine_direction(normal, [(u - facet.specular) / (1.0 - facet.specular), v])
+/// A direction about the z axis with density cos / pi, over a point of the disc below it: the share of the disc that lies
+/// within, below 1, and where on the circle.
+fn cosine_direction(share: f64, on_circle: DVec2) -> DVec3 {
+    // The share is below 1, so the direction never lies in the surface.
+    (share.sqrt() * on_circle).extend((1.0 - share).sqrt())
 }
 
-/// A direction about the normal with density cos / pi.
-fn cosine_direction(normal: DVec3, [u, v]: [f64; 2]) -> DVec3 {
-    let (tangent, bitangent) = normal.any_orthonormal_pair();
-    let (sin, cos) = (std::f64::consts::TAU * v).sin_cos();
-    let r = u.sqrt();
-    // u < 1, so the direction never lies in the surface.
-    (r * cos * tangent + r * sin * bitangent + (1.0 - u).sqrt() * normal).normalize()
+/// Where a place of the view lies on Morton's curve: the bits of its coordinates in turns.
+fn along_z_curve(place: [f64; 2]) -> u32 {
+    let [x, y] = place.map(|at| (at * 65536.0) as u32);
+    (0..16).map(|bit| (x >> bit & 1) << (2 * bit) | (y >> bit & 1) << (2 * bit + 1)).sum()
 }
