@@ -15,7 +15,7 @@ use crate::tally::Tally;
 use crate::tracer::{Tracer, WAVE};
 
 /// Paths of the pilot.
-const PILOT: u64 = 512;
+const PILOT: u64 = 1024;
 /// Least paths of a result.
 const LEAST: u64 = 8192;
 /// The power of their number with which the variance of a mean over evenly spread paths falls (docs/tracer.md).

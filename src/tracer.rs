@@ -373,13 +373,13 @@ impl Leaving {
 
     /// The ray of that number below [`PARTS`]: the numbers lie on a Fibonacci lattice, which is even in share and turn.
     fn ray(&self, number: u64) -> Ray {
-        const { assert!(PARTS == 5) };
         /// Cosine and sine of no, one and two fifths of a turn.
         const FIFTHS: [DVec2; 3] = [
             DVec2::new(1.0, 0.0),
             DVec2::new(0.309_016_994_374_947_45, 0.951_056_516_295_153_5),
             DVec2::new(-0.809_016_994_374_947_5, 0.587_785_252_292_473_1),
         ];
+        const { assert!(PARTS == 5) };
         let share = self.share + number as f64 / PARTS as f64;
         let share = if share < 1.0 { share } else { share - 1.0 };
         let turn = match 2 * number % PARTS {
