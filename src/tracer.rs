@@ -129,7 +129,7 @@ impl Tracer {
         let mut sum = self.nothing(course);
         for first in numbers.clone().step_by(WAVE as usize) {
             let end = (first + WAVE).min(numbers.end);
-            sum.add(&self.wave(course, points.of(first, end), progress)?);
+            sum.add(&self.wave(course, &points, first..end, progress)?);
         }
         Ok(sum)
     }
@@ -143,12 +143,18 @@ impl Tracer {
     fn wave(
         &self,
         course: &Course,
-        points: impl Iterator<Item = (u16, Point)>,
+        points: &Points,
+        numbers: Range<u64>,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Tally, Error> {
         let begun = |(net, mut point): (u16, Point)| (point.pair(), net, point);
-        let mut paths: Vec<_> = points.map(begun).collect();
-        paths.sort_by_cached_key(|(place, ..)| along_z_curve(*place));
+        let block = |number: usize| {
+            let first = numbers.start + (number * BLOCK) as u64;
+            points.of(first, (first + BLOCK as u64).min(numbers.end)).map(begun)
+        };
+        let blocks = ((numbers.end - numbers.start) as usize).div_ceil(BLOCK);
+        let mut paths: Vec<_> = (0..blocks).into_par_iter().flat_map_iter(block).collect();
+        paths.par_sort_by_cached_key(|(place, ..)| along_z_curve(*place));
         paths
             .par_chunks_mut(BLOCK)
             .map(|block| {
@@ -415,4 +421,68 @@ fn cosine_direction(share: f64, on_circle: DVec2) -> DVec3 {
 fn along_z_curve(place: [f64; 2]) -> u32 {
     let [x, y] = place.map(|at| (at * 65536.0) as u32);
     (0..16).map(|bit| (x >> bit & 1) << (2 * bit) | (y >> bit & 1) << (2 * bit + 1)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Domain;
+    use crate::random::Source;
+
+    /// Where on the disc below the normal the five directions of a facet lie: the share of the disc that is nearer to its
+    /// middle, and the share of a turn.
+    fn on_disc(normal: DVec3, numbers: [f64; 2]) -> [[f64; 2]; PARTS as usize] {
+        let bed = Bed {
+            meshes: Vec::new(),
+            placements: Vec::new(),
+            domain: Domain {
+                min_um: DVec3::ZERO,
+                max_um: DVec3::ONE,
+                sides: Sides::Open,
+                patches: [1, 1],
+                floor: None,
+            },
+            to_sensor: DVec3::Z,
+            materials: 1,
+        };
+        let ray = Field::new(&bed, Sides::Open).start([0.5; 2], || [0.0; 2]);
+        let leaving = Leaving::new(ray, DVec3::ZERO, Facet::LAMBERTIAN, normal, numbers);
+        let (right, up) = normal.any_orthonormal_pair();
+        std::array::from_fn(|number| {
+            let direction = leaving.ray(number as u64).direction;
+            let across = DVec2::new(direction.dot(right), direction.dot(up));
+            assert!((direction.length() - 1.0).abs() < 1e-12 && direction.dot(normal) > 0.0);
+            let turn = across.to_angle() / std::f64::consts::TAU;
+            [across.length_squared(), turn.rem_euclid(1.0)]
+        })
+    }
+
+    /// From a number to another one, as a share of a turn from 0 to 1.
+    fn onward(from: f64, to: f64) -> f64 {
+        (to - from).rem_euclid(1.0)
+    }
+
+    /// A path goes on along the first direction for any of those that are blocked. That is right if none of the five differs from
+    /// the others: from each the others lie as they lie from the first, however the lattice is shifted.
+    #[test]
+    fn the_five_directions_of_a_first_hit_are_alike() {
+        let mut random = Source::new(1, Purpose::Result).stream(0);
+        for _ in 0..100 {
+            let ([share, turn], [z, around]) = (random.pair(), random.pair());
+            let level = (1.0 - z * z).sqrt() * DVec2::from_angle(6.3 * around);
+            let of = on_disc(level.extend(z), [share, turn]);
+            let [shares, turns] = [0, 1].map(|axis| of.map(|at| at[axis]));
+            assert!((shares[0] - share).abs() < 1e-9, "the first lies where the numbers say");
+            assert!((onward(turn, turns[0] + 0.5) - 0.5).abs() < 1e-9);
+            for from in 0..PARTS as usize {
+                for step in 1..PARTS as usize {
+                    let to = (from + step) % PARTS as usize;
+                    for (of, fifths) in [(shares, step), (turns, 2 * step % PARTS as usize)] {
+                        let (found, expected) = (onward(of[from], of[to]), fifths as f64 / 5.0);
+                        assert!((found - expected).abs() < 1e-9, "{from} to {to}: {found}");
+                    }
+                }
+            }
+        }
+    }
 }
