@@ -54,6 +54,7 @@ pub mod histogram;
 pub mod image;
 pub mod in_field;
 pub mod ingest;
+mod leaving;
 pub mod library;
 pub mod merge;
 pub mod optics;

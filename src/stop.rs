@@ -16,6 +16,8 @@ use crate::tracer::{Tracer, WAVE};
 
 /// Paths of the pilot.
 const PILOT: u64 = 1024;
+/// Paths of it that do where they show that half of [`LEAST`] would be enough.
+const GLANCE: u64 = 256;
 /// Least paths of a result.
 const LEAST: u64 = 8192;
 /// The power of their number with which the variance of a mean over evenly spread paths falls (docs/tracer.md).
@@ -142,11 +144,16 @@ pub fn trace(
         (Some(kept), _) => kept,
         (None, Some(part)) => fresh(tracer, course, part.of),
         (None, None) => {
-            let numbers = 0..PILOT.min(target.max_paths);
-            let pilot = tracer.trace(course, seed, Purpose::Pilot, numbers, &|_| ())?;
-            let (wanted, _) = more(&pilot, bands, target);
-            let wanted = wanted.max(LEAST).min(target.max_paths);
-            fresh(tracer, course, wanted)
+            let (mut pilot, mut wanted) = (tracer.nothing(course), 0);
+            for end in [GLANCE, PILOT] {
+                let numbers = pilot.paths..end.min(target.max_paths);
+                pilot.add(&tracer.trace(course, seed, Purpose::Pilot, numbers, &|_| ())?);
+                (wanted, _) = more(&pilot, bands, target);
+                if wanted < LEAST / 2 {
+                    break;
+                }
+            }
+            fresh(tracer, course, wanted.max(LEAST).min(target.max_paths))
         }
     };
     let mut last_kept = Instant::now();
@@ -198,8 +205,7 @@ pub fn trace(
 }
 
 fn fresh(tracer: &Tracer, course: &Course, wanted: u64) -> Traced {
-    let tally = Tally::new(tracer.bed().materials, course.kept);
-    Traced { tally, wanted, ended_by: Ended::Interrupted }
+    Traced { tally: tracer.nothing(course), wanted, ended_by: Ended::Interrupted }
 }
 
 /// How many paths the target needs in all, by what these paths show, and whether they reach it. No more than there are where more would not help: when what trapped paths leave open is

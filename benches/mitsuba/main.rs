@@ -38,7 +38,7 @@ const REFERENCE_TOLERANCE: f64 = 0.00005;
 const LEVELS: [Level; 3] = [
     Level { film: Film { pixels: 64, samples: 2 }, seeds: 32, tolerance: 0.006, traces: 12 },
     Level { film: Film { pixels: 256, samples: 2 }, seeds: 24, tolerance: 0.0014, traces: 12 },
-    Level { film: Film { pixels: 256, samples: 2 }, seeds: 12, tolerance: 0.00017, traces: 2 },
+    Level { film: Film { pixels: 256, samples: 2 }, seeds: 24, tolerance: 0.00017, traces: 6 },
 ];
 /// Groups of four that 651 bands make.
 const GROUPS: f64 = 163.0;
