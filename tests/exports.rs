@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 use soilsig::export::{self, To};
+use soilsig::geometry::Domain;
 use soilsig::scene::{Scene, SpectrumSource};
 use soilsig::signature::{self, Grid};
 use soilsig::stop::Target;
@@ -86,25 +87,33 @@ fn faces_keep_their_materials_whatever_these_are_called() {
     assert!(import().expect_err("nothing stands anywhere").to_string().contains("INSTANCES"));
 }
 
-/// Mitsuba looks along z with x to the left: what turns its axes into the scene's is no mirror.
+/// Mitsuba looks along z with x to the left: what turns its axes into the scene's is no mirror. And it is least exact far from the
+/// origin: the domain's middle stands there.
 #[test]
-fn mitsubas_picture_is_not_mirrored() {
+fn mitsubas_picture_is_not_mirrored_and_its_scene_is_about_the_origin() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
     let scene = Scene::read(&path).expect("a scene");
     export::export(&scene, &path, To::Mitsuba, &[8.0, 9.0, 10.0], folder.path()).expect("written");
     let xml = fs::read_to_string(folder.path().join("scene.xml")).expect("written");
-    let (_, sensor) = xml.split_once("<sensor").expect("a sensor");
-    let (_, matrix) = sensor.split_once("matrix value=\"").expect("its place");
-    let numbers: Vec<f64> = matrix[..matrix.find('"').expect("its end")]
-        .split_whitespace()
-        .map(|x| x.parse().expect("a number"))
-        .collect();
-    let row = |i: usize| DVec3::from_slice(&numbers[4 * i..4 * i + 3]);
+    let matrix = |of: &str| -> Vec<f64> {
+        let (_, after) = xml.split_once(of).expect("it is there");
+        let (_, matrix) = after.split_once("matrix value=\"").expect("its place");
+        let numbers = matrix[..matrix.find('"').expect("its end")].split_whitespace();
+        numbers.map(|x| x.parse().expect("a number")).collect()
+    };
+    let sensor = matrix("<sensor");
+    let row = |i: usize| DVec3::from_slice(&sensor[4 * i..4 * i + 3]);
     let axes = DMat3::from_cols(row(0), row(1), row(2)).transpose();
     assert!(axes.determinant() > 0.0, "{axes}");
     // Seen from above the picture's right is where x grows.
     assert!(axes.x_axis.x < 0.0 && axes.y_axis.y > 0.0 && axes.z_axis.z < 0.0, "{axes}");
+    assert!(sensor[3].abs() < 1e-9 && sensor[7].abs() < 1e-9, "above the middle");
+    let tracer = trace::tracer(&scene, &path).expect("its meshes");
+    let Domain { min_um, max_um, .. } = tracer.bed().domain;
+    let first = matrix("<shape type=\"instance\"");
+    let from_middle = tracer.bed().placements[0].to_scene.translation - (min_um + max_um) / 2.0;
+    assert!((DVec3::new(first[3], first[7], first[11]) - from_middle).length() < 1e-9);
 }
 
 #[test]
