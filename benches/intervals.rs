@@ -12,7 +12,7 @@ use soilsig::stop::{self, Part, Target, Watch};
 use soilsig::trace;
 
 /// Independent runs.
-const RUNS: u64 = 400;
+const RUNS: u64 = 1600;
 /// Paths of the reference: its error is a tenth of that of the runs.
 const REFERENCE: u64 = 1 << 22;
 /// Where the curve is looked at, um: the troughs and the peak between them, a slope, the long-wave side.
