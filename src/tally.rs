@@ -65,7 +65,7 @@ fn bin(bins: u16, value: f64) -> u16 {
 }
 
 /// What a path is counted in: at its first hit so many directions are tried, and each that meets the sky brings a part
-/// of the path there. More parts cost more rays than they save (docs/tracer.md).
+/// of the path there. More parts cost more rays than they save (docs/tracer_speed.md).
 pub const PARTS: u64 = 5;
 
 /// Cells of the view along x and along y: a bed's own parts, whose spread tells what such beds differ by.

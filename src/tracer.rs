@@ -33,7 +33,7 @@ const BLOCK: usize = 1024;
 const LIFT: f64 = 128.0 * f64::EPSILON;
 
 /// The weight, by the greatest reflectance of each facet in any band, to which Russian roulette raises what a path carries. Twice as much or
-/// half of it costs as much (docs/tracer.md).
+/// half of it costs as much (docs/tracer_speed.md).
 const RAISED_TO: f64 = 0.1;
 
 /// Paths that Russian roulette lets one stand for at most: more would tell too much of themselves in brighter bands than

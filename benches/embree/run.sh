@@ -1,5 +1,5 @@
 #!/bin/sh
-# Closest hits per second against Embree's single rays (docs/performance.md):
+# Closest hits per second against Embree's single rays (docs/tracer_speed.md):
 #   benches/embree/run.sh [a placed scene with prototypes; else one is made]
 set -eu
 cd "$(dirname "$0")/../.."

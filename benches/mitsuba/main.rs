@@ -2,9 +2,9 @@
 //! each. `benches/mitsuba/run.sh` starts it.
 //!
 //! What counts is CPU seconds times the square of the standard error. For independent paths it does not depend on how many
-//! there are; for evenly spread ones it falls the more there are. So both are compared at two levels of about the same
-//! standard error: that of some thousand of Mitsuba's paths, and of a hundred thousand; and at that of a million of ours, beside
-//! a hundred thousand of Mitsuba's, since tens of millions would cost them the same product. Reading meshes and building trees count for
+//! there are; for evenly spread ones it falls the more there are. So both are compared at several standard errors: that of some
+//! thousand of Mitsuba's paths, of a hundred thousand, of 800,000 and of some ten millions. Renders of a hundred thousand
+//! stand for the larger ones, which would cost Mitsuba the same product. Reading meshes and building trees count for
 //! neither side. Of Mitsuba a few groups of bands are rendered, and all 651 take as many times as long as there are groups of
 //! four, though a render gives three: so whatever a render of four bands would take, it is not slower here. It ends paths by
 //! Russian roulette as it does by default; without, it takes about twice as long.
@@ -35,10 +35,22 @@ use soilsig::tracer::Tracer;
 const RUNS: u64 = 5;
 /// Half-width of the reference.
 const REFERENCE_TOLERANCE: f64 = 0.00005;
-const LEVELS: [Level; 3] = [
-    Level { film: Film { pixels: 64, samples: 2 }, seeds: 32, tolerance: 0.006, traces: 12 },
-    Level { film: Film { pixels: 256, samples: 2 }, seeds: 24, tolerance: 0.0014, traces: 12 },
-    Level { film: Film { pixels: 256, samples: 2 }, seeds: 24, tolerance: 0.00017, traces: 6 },
+/// What is measured in turns: renders of Mitsuba, and ours of one standard error or several.
+const TURNS: [Turn; 2] = [
+    Turn {
+        film: Film { pixels: 64, samples: 2 },
+        seeds: 32,
+        levels: &[Level { tolerance: 0.006, traces: 12 }],
+    },
+    Turn {
+        film: Film { pixels: 256, samples: 2 },
+        seeds: 48,
+        levels: &[
+            Level { tolerance: 0.0014, traces: 12 },
+            Level { tolerance: 0.0005, traces: 12 },
+            Level { tolerance: 0.00017, traces: 6 },
+        ],
+    },
 ];
 /// Groups of four that 651 bands make.
 const GROUPS: f64 = 163.0;
@@ -119,14 +131,18 @@ fn open(scene: &str, to: &str) -> Done<()> {
     Ok(fs::write(to, json.to_string())?)
 }
 
-/// What both are asked for.
-struct Level {
+struct Turn {
     film: Film,
     /// Renders of Mitsuba in each run: their spread is its standard error.
     seeds: u64,
-    /// Half-width of ours.
+    levels: &'static [Level],
+}
+
+/// What ours are asked for.
+struct Level {
+    /// Half-width.
     tolerance: f64,
-    /// Traces of ours in each run: each tells its own standard error, to a quarter.
+    /// Traces in each run: each tells its own standard error, to a quarter.
     traces: u64,
 }
 
@@ -268,31 +284,34 @@ fn costs(python: &str, ours: &Ours) -> Done<()> {
     let all = ours.bands(&Grid::PAPER.wavelengths_um())?;
     // Mitsuba gives three bands whatever is asked.
     let thrice = vec![one[0].clone(); 3];
-    for (number, level) in (0..).zip(&LEVELS) {
-        let rows = [
+    for turn in &TURNS {
+        let both = [
             (
                 "all 651",
                 Bands { traced: &all, looked_at: &some, rendered: &some, renders: ALL_BY_SOME },
             ),
             ("one", Bands { traced: &one, looked_at: &one, rendered: &thrice, renders: 1.0 }),
         ];
-        for (name, bands) in rows {
+        for (name, bands) in both {
             let exact =
                 if bands.looked_at.len() > 1 { &exact[..some.len()] } else { &exact[some.len()..] };
-            let row = row(python, ours, level, number, &bands, exact)?;
             let rms = |values: &[f64]| format!("{:.5}", root_mean_square(values.iter().copied()));
-            their_peak_mb = their_peak_mb.max(row.peak_memory_mb);
-            println!(
-                "| {} | {name} | {} | {} | {} | {} | {} | {} | {} |",
-                level.film.paths(),
-                rms(&row.errors[0]),
-                rms(&row.errors[1]),
-                median(row.costs[0].clone()),
-                median(row.costs[1].clone()),
-                median(row.costs[1].iter().zip(&row.costs[0]).map(|(m, o)| m / o).collect()),
-                rms(&row.off[0]),
-                rms(&row.off[1]),
-            );
+            let (rows, theirs, peak_mb) = in_turns(python, ours, turn, &bands, exact)?;
+            their_peak_mb = their_peak_mb.max(peak_mb);
+            for row in rows {
+                let ratios = theirs.costs.iter().zip(&row.costs).map(|(m, o)| m / o).collect();
+                println!(
+                    "| {} | {name} | {} | {} | {} | {} | {} | {} | {} |",
+                    turn.film.paths(),
+                    rms(&row.errors),
+                    rms(&theirs.errors),
+                    median(row.costs),
+                    median(theirs.costs.clone()),
+                    median(ratios),
+                    rms(&row.off),
+                    rms(&theirs.off),
+                );
+            }
         }
     }
     println!("\npeak memory, MB: ours {:.0}, Mitsuba {their_peak_mb:.0}", peak_memory_mb()?);
@@ -309,48 +328,52 @@ struct Bands<'a> {
     renders: f64,
 }
 
-/// Ours and Mitsuba's, by run.
+/// What one of both took, by run.
 #[derive(Default)]
 struct Row {
     /// Root mean square of the standard errors over the bands.
-    errors: [Vec<f64>; 2],
-    costs: [Vec<f64>; 2],
+    errors: Vec<f64>,
+    costs: Vec<f64>,
     /// By run and band.
-    off: [Vec<f64>; 2],
-    peak_memory_mb: f64,
+    off: Vec<f64>,
 }
 
-fn row(
+/// Ours at each level, then Mitsuba's with its peak memory in MB.
+fn in_turns(
     python: &str,
     ours: &Ours,
-    level: &Level,
-    number: u64,
+    turn: &Turn,
     bands: &Bands,
     exact: &[Mean],
-) -> Done<Row> {
-    let mut row = Row::default();
+) -> Done<(Vec<Row>, Row, f64)> {
+    let mut rows: Vec<Row> = turn.levels.iter().map(|_| Row::default()).collect();
+    let (mut of_theirs, mut peak_memory_mb) = (Row::default(), 0.0_f64);
     for run in 1..=RUNS {
-        let (mut cost_of_ours, mut squares) = (0.0, 0.0);
-        for trace in 0..level.traces {
-            let seed = 100 * (10 * number + run) + trace;
-            let (cpu_s, means) = ours.run(bands.traced, bands.looked_at, seed, level.tolerance)?;
-            let variance = mean(means.iter().map(|mean| error(mean).powi(2)));
-            squares += variance / level.traces as f64;
-            cost_of_ours += cpu_s * variance / level.traces as f64;
-            row.off[0].extend(means.iter().zip(exact).map(|(mean, exact)| mean.mean - exact.mean));
+        for ((number, level), row) in (0..).zip(turn.levels).zip(&mut rows) {
+            let (mut cost_of_ours, mut squares) = (0.0, 0.0);
+            for trace in 0..level.traces {
+                let seed = 1000 * number + 100 * run + trace;
+                let (cpu_s, means) =
+                    ours.run(bands.traced, bands.looked_at, seed, level.tolerance)?;
+                let variance = mean(means.iter().map(|mean| error(mean).powi(2)));
+                squares += variance / level.traces as f64;
+                cost_of_ours += cpu_s * variance / level.traces as f64;
+                row.off.extend(means.iter().zip(exact).map(|(mean, exact)| mean.mean - exact.mean));
+            }
+            row.errors.push(squares.sqrt());
+            row.costs.push(cost_of_ours);
         }
-        row.errors[0].push(squares.sqrt());
-        row.costs[0].push(cost_of_ours);
-        let first = (10 * number + run) * 100 + 50 * (bands.looked_at.len() as u64 % 2);
-        let seeds = first..first + level.seeds;
-        let renders = theirs(python, ours, bands.rendered, &level.film, seeds, Some(1))?;
+        let first = 1000 * turn.film.pixels + 200 * run + 100 * (bands.looked_at.len() as u64 % 2);
+        let seeds = first..first + turn.seeds;
+        let renders = theirs(python, ours, bands.rendered, &turn.film, seeds, Some(1))?;
         let (cpu_s, variances) = cost(&renders);
         let variance = mean(variances.into_iter());
-        row.errors[1].push(variance.sqrt());
-        row.costs[1].push(cpu_s * bands.renders * variance);
+        of_theirs.errors.push(variance.sqrt());
+        of_theirs.costs.push(cpu_s * bands.renders * variance);
         let mean_of = |band: usize| moments(renders.means.iter().map(move |m| m[band])).0;
-        row.off[1].extend(exact.iter().enumerate().map(|(band, exact)| mean_of(band) - exact.mean));
-        row.peak_memory_mb = row.peak_memory_mb.max(renders.peak_memory_mb);
+        let off = exact.iter().enumerate().map(|(band, exact)| mean_of(band) - exact.mean);
+        of_theirs.off.extend(off);
+        peak_memory_mb = peak_memory_mb.max(renders.peak_memory_mb);
     }
-    Ok(row)
+    Ok((rows, of_theirs, peak_memory_mb))
 }

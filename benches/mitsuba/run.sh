@@ -1,5 +1,5 @@
 #!/bin/sh
-# Mitsuba 3 beside soilsig (docs/performance.md). CPU time at equal standard error:
+# Mitsuba 3 beside soilsig (docs/tracer_speed.md). CPU time at equal standard error:
 #   benches/mitsuba/run.sh [a placed scene with a floor; else one is made]
 # Mitsuba's points in the chart of a scene, for `soilsig chart --beside` (paths are from the repository's root):
 #   benches/mitsuba/run.sh --points FILE.csv [a placed scene with a floor; else the shipped patch]
