@@ -144,15 +144,7 @@ pub fn trace(
         (Some(kept), _) => kept,
         (None, Some(part)) => fresh(tracer, course, part.of),
         (None, None) => {
-            let (mut pilot, mut wanted) = (tracer.nothing(course), 0);
-            for end in [GLANCE, PILOT] {
-                let numbers = pilot.paths..end.min(target.max_paths);
-                pilot.add(&tracer.trace(course, seed, Purpose::Pilot, numbers, &|_| ())?);
-                (wanted, _) = more(&pilot, bands, target);
-                if wanted < LEAST / 2 {
-                    break;
-                }
-            }
+            let (_, wanted) = pilot(tracer, course, seed, bands, target)?;
             fresh(tracer, course, wanted.max(LEAST).min(target.max_paths))
         }
     };
@@ -204,6 +196,27 @@ pub fn trace(
     }
 }
 
+/// How many paths tell how many the target needs, and what they tell. They are thrown away.
+fn pilot(
+    tracer: &Tracer,
+    course: &Course,
+    seed: u64,
+    bands: &[Vec<f64>],
+    target: Target,
+) -> Result<(u64, u64), Error> {
+    let mut pilot = tracer.nothing(course);
+    let mut wanted = 0;
+    for end in [GLANCE, PILOT] {
+        let numbers = pilot.paths..end.min(target.max_paths);
+        pilot.add(&tracer.trace(course, seed, Purpose::Pilot, numbers, &|_| ())?);
+        (wanted, _) = more(&pilot, bands, target);
+        if wanted < LEAST / 2 {
+            break;
+        }
+    }
+    Ok((pilot.paths, wanted))
+}
+
 fn fresh(tracer: &Tracer, course: &Course, wanted: u64) -> Traced {
     Traced { tally: tracer.nothing(course), wanted, ended_by: Ended::Interrupted }
 }
@@ -226,4 +239,46 @@ fn more(tally: &Tally, bands: &[Vec<f64>], target: Target) -> (u64, bool) {
     let needed = (met * ratio.powf(2.0 / EVENNESS)).max(least_met(target.tolerance)) * MARGIN;
     let paths = needed * tally.paths as f64 / met;
     ((paths.min(1e18) as u64).div_ceil(LOT) * LOT, reached)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::course::{Facet, MOST_HITS};
+    use crate::geometry::{Bed, Domain};
+    use crate::random::Sampler;
+    use crate::scene::Sides;
+    use crate::tally::Kept;
+    use glam::DVec3;
+
+    #[test]
+    fn the_pilot_is_short_where_the_least_number_of_paths_is_twice_enough() {
+        // A bare floor: all paths weigh the same, and must number 3 / tolerance.
+        let domain = Domain {
+            min_um: DVec3::ZERO,
+            max_um: DVec3::ONE,
+            sides: Sides::Mirror,
+            patches: [1, 1],
+            floor: Some((0.0, 0)),
+        };
+        let (meshes, placements) = (Vec::new(), Vec::new());
+        let bed = Bed { meshes, placements, domain, to_sensor: DVec3::Z, materials: 1 };
+        let tracer = Tracer::new(bed);
+        let course = Course {
+            kept: Kept::PLAIN,
+            facets: vec![Facet::LAMBERTIAN],
+            sampler: Sampler::Even,
+            most_hits: MOST_HITS,
+            greatest: vec![0.5],
+            least_weight: 0.0,
+        };
+        let of = |tolerance: f64| {
+            let target = Target::of(tolerance);
+            pilot(&tracer, &course, 1, &[vec![0.5]], target).expect("nothing interrupts it")
+        };
+        assert_eq!(of(0.01), (GLANCE, LOT));
+        let (paths, wanted) = of(1e-4);
+        assert_eq!(paths, PILOT);
+        assert!((45_000..46_000).contains(&wanted), "{wanted}");
+    }
 }
