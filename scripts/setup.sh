@@ -27,7 +27,9 @@ check_rust() {
     have cc || stop 'no C compiler: install one (on Debian: apt install build-essential)'
     have cargo || stop 'no Rust: install it from rustup.rs'
     needed=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
-    found=$(cargo --version | cut -d ' ' -f 2)
+    found=$(cargo --version) ||
+        stop 'Rust is there but does not run: if it has no toolchain yet, rustup default stable'
+    found=$(echo "$found" | cut -d ' ' -f 2)
     oldest=$(printf '%s\n' "$needed" "$found" | sort -V | head -n 1)
     [ "$oldest" = "$needed" ] ||
         stop "Rust $found is too old: $needed or newer is needed (rustup update, see rustup.rs)"
