@@ -7,6 +7,7 @@
 
 mod check;
 mod packing;
+mod packing_check;
 mod placed;
 mod sensor;
 mod sky;
