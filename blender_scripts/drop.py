@@ -12,8 +12,8 @@ import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from soilsig_blender.files import EXTRA
-from soilsig_blender.script import run
+from soilsig_blender.common.files import EXTRA
+from soilsig_blender.common.script import run
 
 
 def main(arguments):

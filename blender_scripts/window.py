@@ -11,7 +11,7 @@ import bpy
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from soilsig_blender.script import run
+from soilsig_blender.common.script import run
 
 
 def main(arguments):

@@ -28,14 +28,27 @@ if SCRIPTS not in sys.path:
 
 
 def register():
-    from . import dress, form, keep, panel, reference, settings, start
-
-    for module in (settings, reference, start, form, dress, keep, panel):
+    for module in _modules():
         module.register()
 
 
 def unregister():
-    from . import dress, form, keep, panel, reference, settings, start
-
-    for module in (panel, keep, dress, form, start, reference, settings):
+    for module in reversed(_modules()):
         module.unregister()
+
+
+def _modules():
+    # Imported late: they find `soilsig_blender` by the path above.
+    from . import (
+        body,
+        dress,
+        drop_handful,
+        export_scene,
+        panel,
+        reference,
+        save_grain,
+        settings,
+        start,
+    )
+
+    return (settings, reference, start, body, dress, save_grain, drop_handful, export_scene, panel)
