@@ -9,7 +9,7 @@ use soilsig::spectrum::format::{Reading, read_one};
 use soilsig::spectrum::{PureBed, Spectrum, SpectrumError};
 use soilsig::table::Table;
 
-use crate::support::{Place, shipped};
+use crate::support::{Place, Tool, shipped, tool};
 
 /// A closed box, 300 um a side: its mean chord is 4 V / S = 200 um.
 const BOX: &str = "v 0 0 0\nv 300 0 0\nv 300 300 0\nv 0 300 0\nv 0 0 300\nv 300 0 300\nv 300 300 300\nv 0 300 300\n\
@@ -310,13 +310,10 @@ fn a_result_says_where_facets_have_their_reflectance_from_and_what_that_means() 
     }
 }
 
-/// With the library's files in a folder named by SOILSIG_TEST_LIBRARY; nothing of them is in the project.
+/// By the library's own files, of which nothing is in the project.
 #[test]
 fn shipped_fits_keep_their_distance_to_the_measured_powders() {
-    let Some(folder) = std::env::var_os("SOILSIG_TEST_LIBRARY") else {
-        eprintln!("NOT RUN: SOILSIG_TEST_LIBRARY names no folder with the library's files");
-        return;
-    };
+    let Some(folder) = tool(Tool::Library) else { return };
     for (name, size) in
         [("quartz_fine", "fine"), ("quartz_medium", "medium"), ("quartz_coarse", "coarse")]
     {
@@ -328,7 +325,7 @@ fn shipped_fits_keep_their_distance_to_the_measured_powders() {
             let file = format!(
                 "mineral.silicate.tectosilicate.{size}.tir.{sample}.jpl.nicolet.spectrum.txt"
             );
-            let measured = read_one(&std::path::Path::new(&folder).join(file), &Reading::default());
+            let measured = read_one(&folder.join(file), &Reading::default());
             let measured = Spectrum::Tabulated(measured.expect("the library's file"));
             let squares: f64 = (730..=1400)
                 .map(|i| f64::from(i) / 100.0)

@@ -1,4 +1,4 @@
-//! Dust as the pipeline reports it, with real Blenders: `make test` names them.
+//! Dust as the pipeline reports it, with real Blenders.
 //!
 //! How fines sit is tested by tests/python/test_dust.py, inside Blender.
 
@@ -9,7 +9,7 @@ use std::process::Output;
 use assert_cmd::Command;
 use serde_json::{Value, json};
 
-use crate::support::real_blenders;
+use crate::support::{a_blender, real_blenders};
 
 /// Standard error of a share of the silhouette by the drop's lines, and that of one that a recipe asks for.
 const BY_LINES: f64 = 0.014;
@@ -91,7 +91,7 @@ fn two_measures_of_cover_agree_and_a_cover_asked_for_is_reached() {
 #[test]
 fn dust_that_does_not_fit_is_refused_with_what_would() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let Some(blender) = real_blenders().into_iter().next() else { return };
+    let Some(blender) = a_blender() else { return };
     let flat = json!({"layers": 1, "overlap": 0});
     for (fines, said) in [
         (json!({"silhouette": 0.97}), "of the silhouette of big_0 no more than 0."),

@@ -4,7 +4,6 @@
 //! Sides are open: Mitsuba knows no mirrors that let the sensor in. The sensor sees the domain, and the bed beyond
 //! it stands.
 
-use std::env;
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -20,6 +19,8 @@ use soilsig::tally::Kept;
 use soilsig::trace;
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
 use tempfile::TempDir;
+
+use crate::support::{Tool, tool};
 
 /// Reflectance of fines, grains and floor.
 const REFLECTANCES: [[f64; 3]; 6] = [
@@ -44,13 +45,6 @@ const PATHS: u64 = 1 << 19;
 
 /// Of all comparisons together one in a hundred runs may call a difference where there is none.
 const LEVEL: f64 = 0.01;
-
-/// The Python with Mitsuba, as `make test` names it; none where it was left out by `make test WITHOUT=mitsuba`.
-fn python() -> Option<PathBuf> {
-    let value = env::var_os("SOILSIG_TEST_MITSUBA")
-        .expect("SOILSIG_TEST_MITSUBA is not set: run the tests by `make test`, which sets it");
-    (value != "none").then(|| PathBuf::from(value))
-}
 
 /// The shipped patch with open sides, seen from there.
 fn open_patch(folder: &TempDir, [zenith_deg, azimuth_deg]: [f64; 2]) -> PathBuf {
@@ -120,7 +114,7 @@ fn theirs(python: &Path, path: &Path) -> Vec<Vec<f64>> {
 
 #[test]
 fn the_shipped_patch_agrees_with_mitsuba() {
-    let Some(python) = python() else { return };
+    let Some(python) = tool(Tool::Mitsuba) else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     let cases = (REFLECTANCES.len() * VIEWS_DEG.len()) as f64;
     // Sidak's level of each comparison; few renders know less of their spread than our groups.

@@ -1,4 +1,4 @@
-//! Several packings of one recipe, with real Blenders: `make test` names them.
+//! Several packings of one recipe, with real Blenders.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use serde_json::Value;
 use soilsig::packings::quantile_95;
 use soilsig::random::seed_of;
 
-use crate::support::{real_blenders, run_in};
+use crate::support::{a_blender, real_blenders, run_in};
 
 fn soilsig(folder: &Path, blender: &Path, args: &[&str]) -> String {
     String::from_utf8(run_in(folder, blender, args).stdout).expect("UTF-8")
@@ -24,7 +24,7 @@ fn json(path: &Path) -> Value {
 #[test]
 fn the_interval_holds_the_spread_between_packings() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let Some(blender) = real_blenders().into_iter().next() else { return };
+    let Some(blender) = a_blender() else { return };
     let run = |packings: &str| {
         let args = ["pipeline", "--scene", &small(), "--packings", packings, "--out", "r"];
         soilsig(folder.path(), &blender, &[&args[..], &["--tolerance", "0.3", "--json"]].concat())
@@ -85,7 +85,7 @@ fn a_packing_is_the_same_whatever_was_dropped_before_it() {
 #[test]
 fn packings_replay_to_the_byte() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let Some(blender) = real_blenders().into_iter().next() else { return };
+    let Some(blender) = a_blender() else { return };
     let args =
         ["pipeline", "--scene", &small(), "--packings", "2", "--tolerance", "0.5", "--out", "r"];
     soilsig(folder.path(), &blender, &args);
@@ -117,7 +117,7 @@ fn planned(folder: &Path, blender: &Path, scene: &str, tolerance: &str) -> Value
 #[test]
 fn a_pilot_tells_how_many_packings_the_tolerance_takes() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let Some(blender) = real_blenders().into_iter().next() else { return };
+    let Some(blender) = a_blender() else { return };
     let record = planned(folder.path(), &blender, &dusted(folder.path(), 0, 6), "0.015");
     let reached = &record["reached"]["settled_patch"];
     let plan = &reached["plan"];
@@ -140,7 +140,7 @@ fn a_pilot_tells_how_many_packings_the_tolerance_takes() {
 #[test]
 fn fines_are_dropped_until_they_touch_where_the_tolerance_has_no_room_for_hulls() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let Some(blender) = real_blenders().into_iter().next() else { return };
+    let Some(blender) = a_blender() else { return };
     let record = planned(folder.path(), &blender, &dusted(folder.path(), 10, 6), "0.012");
     let reached = &record["reached"]["settled_patch"];
     assert_eq!(
@@ -161,7 +161,7 @@ fn fines_are_dropped_until_they_touch_where_the_tolerance_has_no_room_for_hulls(
 #[test]
 fn grains_that_no_ray_sees_are_not_dropped() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let Some(blender) = real_blenders().into_iter().next() else { return };
+    let Some(blender) = a_blender() else { return };
     let record = planned(folder.path(), &blender, &dusted(folder.path(), 10, 14), "0.015");
     let reached = &record["reached"]["settled_patch"];
     let depth = &reached["plan"]["depth"];

@@ -1,4 +1,4 @@
-//! The whole way, with real Blenders: `make test` names them.
+//! The whole way, with real Blenders.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,7 +9,7 @@ use std::process::Command;
 use serde_json::Value;
 use soilsig::scene::Scene;
 
-use crate::support::{real_blenders, run_in, trace_file};
+use crate::support::{Tool, a_blender, real_blenders, run_in, tool, trace_file};
 
 /// What the program printed: JSON, or words.
 fn soilsig(folder: &Path, blender: &Path, args: &[&str]) -> Value {
@@ -98,7 +98,7 @@ fn assert_falling(what: &str, values: &[(f64, f64)]) {
 #[test]
 fn four_coverages_show_the_signs_of_the_paper() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let Some(blender) = real_blenders().into_iter().next() else { return };
+    let Some(blender) = a_blender() else { return };
     let args =
         ["pipeline", "--coverage", "all", "--range", "7.3-14", "--tolerance", "0.0015", "--json"];
     let record = soilsig(folder.path(), &blender, &args);
@@ -182,11 +182,8 @@ fn counting(folder: &Path, blender: &Path) -> (PathBuf, PathBuf) {
 #[test]
 fn not_even_its_version_is_asked_for_a_second_time() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let blenders = real_blenders();
-    let Some(blender) = blenders.iter().find(|blender| blender.ends_with("blender")) else {
-        return;
-    };
-    let (wrapper, count) = counting(folder.path(), blender);
+    let Some(blender) = tool(Tool::Blender) else { return };
+    let (wrapper, count) = counting(folder.path(), &blender);
     let starts = || fs::read_to_string(&count).expect("it was started").lines().count();
     let args = ["pipeline", "--scene", &shipped("small.json"), "--out", "r"];
     soilsig(folder.path(), &wrapper, &args);
@@ -323,7 +320,7 @@ fn the_glb_gives_the_signature_of_the_obj() {
 #[test]
 fn any_number_of_size_classes_and_minerals_goes_through() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let Some(blender) = real_blenders().into_iter().next() else { return };
+    let Some(blender) = a_blender() else { return };
     let scene = r#"{
       "soilsig_scene": 1, "name": "mixture", "seed": 3, "temperature_k": 310, "sky_temperature_k": 250,
       "view": {"zenith_deg": 30, "azimuth_deg": 45},

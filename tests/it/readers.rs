@@ -1,18 +1,12 @@
 //! Files opened by the readers of others: ENVI images and libraries in SPy, NetCDF in xarray, CSV in pandas.
 
-use std::env;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use soilsig::cube::Cube;
 
-/// The Python with the readers, as `make test` names it; none where it was left out by `make test WITHOUT=readers`.
-fn python() -> Option<PathBuf> {
-    let value = env::var_os("SOILSIG_TEST_READERS")
-        .expect("SOILSIG_TEST_READERS is not set: run the tests by `make test`, which sets it");
-    (value != "none").then(|| PathBuf::from(value))
-}
+use crate::support::{Tool, tool};
 
 fn soilsig(folder: &Path, args: &[&str]) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_soilsig"));
@@ -23,7 +17,7 @@ fn soilsig(folder: &Path, args: &[&str]) {
 
 #[test]
 fn others_read_what_we_write_to_the_last_bit() {
-    let Some(python) = python() else { return };
+    let Some(python) = tool(Tool::Readers) else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
     let scene = scene.to_str().expect("a path in UTF-8");

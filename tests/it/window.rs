@@ -9,7 +9,7 @@ use std::process::{Child, Command, Stdio};
 
 use serde_json::Value;
 
-use crate::support::real_blenders;
+use crate::support::{Tool, real_blenders, tool};
 
 /// A display of its own, ended with the test.
 struct Display {
@@ -18,7 +18,7 @@ struct Display {
 }
 
 impl Display {
-    fn start(xvfb: &str) -> Self {
+    fn start(xvfb: &Path) -> Self {
         let mut server = Command::new(xvfb)
             .args(["-displayfd", "1", "-screen", "0", "1280x1100x24", "+extension", "GLX"])
             .stdout(Stdio::piped())
@@ -52,13 +52,7 @@ fn soilsig(folder: &Path, display: Option<&Display>) -> Command {
 
 #[test]
 fn a_grain_is_authored_in_the_window_and_goes_through_to_a_signature() {
-    let xvfb = env::var("SOILSIG_TEST_WINDOW")
-        .expect("SOILSIG_TEST_WINDOW is not set: run the tests by `make test`, which sets it");
-    let blenders = real_blenders();
-    let Some(blender) = blenders.iter().find(|path| path.ends_with("blender")) else { return };
-    if xvfb == "none" {
-        return;
-    }
+    let (Some(xvfb), Some(blender)) = (tool(Tool::Window), tool(Tool::Blender)) else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = |name: &str| folder.path().join(name);
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -73,7 +67,7 @@ fn a_grain_is_authored_in_the_window_and_goes_through_to_a_signature() {
     let display = Display::start(&xvfb);
     let opened = soilsig(folder.path(), Some(&display))
         .args(["blender", "--gui", "--grains", "grains", "--blender"])
-        .arg(blender)
+        .arg(&blender)
         .args(["--", "--factory-startup", "--window-geometry", "0", "0", "1280", "1100"])
         .args(["--python", "drive.py"])
         .output()
