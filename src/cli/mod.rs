@@ -28,7 +28,7 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::draw::plot;
 use crate::radiometry::Assumed;
-use crate::report;
+
 use crate::scene::{Grid, Inverted, SpectrumSource};
 use crate::spectrum::Spectrum;
 use crate::support::cache::Cache;

@@ -52,9 +52,3 @@ impl Estimate {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::support::random::GROUPS;
-}

@@ -128,8 +128,3 @@ pub fn not_valid_um(bands: &[Band]) -> Vec<[f64; 2]> {
     let runs = bands.chunk_by(|a, b| a.valid == b.valid).filter(|run| !run[0].valid);
     runs.map(|run| [run[0].wavelength_um, run[run.len() - 1].wavelength_um]).collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-}

@@ -4,15 +4,13 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::{Value, json};
-use soilsig::budget::{Budget, Origin, Share};
-use soilsig::histogram::T_95;
-use soilsig::packings::quantile_95;
-use soilsig::scene::{Scene, SpectrumSource};
-use soilsig::signature::{Grid, evaluate};
+use soilsig::scene::{Grid, Scene, SpectrumSource};
+use soilsig::signature::budget::{Budget, Origin, Share};
+use soilsig::signature::evaluate;
 use soilsig::spectrum::{PureBed, Spectrum};
-use soilsig::stop::{Part, Target};
-use soilsig::table::Table;
-use soilsig::trace;
+use soilsig::support::statistics::{T_95, quantile_95};
+use soilsig::table::{Part, Table, Target};
+use soilsig::tracer::trace;
 
 use crate::support::{Place, shipped};
 

@@ -4,17 +4,16 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::{f64, fs};
 
-use soilsig::course::Course;
 use soilsig::histogram::Histogram;
+use soilsig::histogram::tally::Kept;
 use soilsig::radiometry::planck;
-use soilsig::random::Purpose;
-use soilsig::scene::Scene;
-use soilsig::signature::{self, Band, Grid};
+use soilsig::scene::{Grid, Scene};
+use soilsig::signature::{self, Band};
 use soilsig::spectrum::Spectrum;
-use soilsig::stop::Target;
-use soilsig::table::Table;
-use soilsig::tally::Kept;
-use soilsig::trace;
+use soilsig::support::random::Purpose;
+use soilsig::table::{Table, Target, materials};
+use soilsig::tracer::rules::Course;
+use soilsig::tracer::trace;
 use tempfile::TempDir;
 
 /// A level plate.
@@ -220,7 +219,7 @@ fn what_roulette_ends_others_stand_for() {
     let case = Case::new(TROUGH, 0.0, "", &[r#""spectrum": {"constant": 0.5}"#; 2]);
     let scene = Scene::read(&case.path()).expect("the scene is sound");
     let tracer = trace::tracer(&scene, &case.path()).expect("its meshes are sound");
-    let materials = trace::materials(&scene, &case.path()).expect("sound");
+    let materials = materials::materials(&scene, &case.path()).expect("sound");
     let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
     let of = |seed: u64, greatest: f64| {
         let course = Course::new(&scene, &spectra).ending_below(0.0, &[vec![greatest; 2]]);

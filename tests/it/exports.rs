@@ -5,12 +5,12 @@ use std::path::Path;
 
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
-use soilsig::export::{self, To};
 use soilsig::geometry::Domain;
-use soilsig::scene::{Scene, SpectrumSource};
-use soilsig::signature::{self, Grid};
-use soilsig::stop::Target;
-use soilsig::trace;
+use soilsig::products::export::{self, To};
+use soilsig::scene::{Grid, Scene, SpectrumSource};
+use soilsig::signature;
+use soilsig::table::Target;
+use soilsig::tracer::trace;
 
 fn emissivities(path: &Path, grid: &Grid) -> Vec<(f64, f64)> {
     let scene = Scene::read(path).expect("the scene is sound");

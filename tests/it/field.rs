@@ -3,14 +3,16 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use soilsig::course::{Course, Facet};
-use soilsig::in_field::InField;
-use soilsig::random::{Purpose, Sampler};
+use soilsig::geometry::ingest;
+use soilsig::histogram::tally::Kept;
 use soilsig::scene::{Scene, Sides};
+use soilsig::signature;
+use soilsig::support::error::Failure;
+use soilsig::support::random::{Purpose, Sampler};
 use soilsig::table::Table;
-use soilsig::tally::Kept;
-use soilsig::tracer::Tracer;
-use soilsig::{ingest, signature, trace};
+use soilsig::table::field::InField;
+use soilsig::tracer::rules::{Course, Facet};
+use soilsig::tracer::{Tracer, trace};
 use tempfile::TempDir;
 
 use crate::support::trace_file;

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::fs;
 use std::path::Path;
 
-use soilsig::grains::Report;
+use soilsig::products::grains::Report;
 
 use crate::support::{a_blender, real_blenders, run_in};
 

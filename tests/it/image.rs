@@ -6,13 +6,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
-use soilsig::cube::Cube;
-use soilsig::image::{self, Asked, Made};
+use soilsig::products::cube::Cube;
+use soilsig::products::image::{self, Asked, Made};
 use soilsig::radiometry::{brightness_temperature_k, planck, planck_derivative};
-use soilsig::scene::Scene;
-use soilsig::signature::Grid;
-use soilsig::stop::Target;
-use soilsig::{output, trace};
+use soilsig::scene::{Grid, Scene};
+use soilsig::support::output;
+use soilsig::table::Target;
+use soilsig::tracer::trace;
 use tempfile::TempDir;
 
 const SIDE_UM: f64 = 100.0;

@@ -3,8 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use soilsig::ingest::{self, IngestError};
+use soilsig::geometry::ingest::{self, IngestError};
 use soilsig::scene::Scene;
+use soilsig::support::error::Failure;
 
 fn scene(prototype: &str) -> String {
     format!(

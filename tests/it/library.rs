@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::{Value, json};
-use soilsig::library;
+use soilsig::beds::own_grains;
 use soilsig::scene::{Scene, SceneGeometry};
 
 use crate::support::{Place, real_blenders, shipped};
@@ -171,7 +171,7 @@ fn ribs_go_with_the_shapes_that_grains_stand_for_and_are_not_written_unless_aske
     let scene = Scene::parse(&scene.to_string(), Path::new("small.json")).expect("sound");
     let SceneGeometry::Packing(mut packing) = scene.geometry else { panic!("a recipe") };
     put(&place.path("grains"), "stone", &octahedron(0.0), &about("grain_500"));
-    library::stand_in(&mut packing, &place.path("grains")).expect("it fits");
+    own_grains::stand_in(&mut packing, &place.path("grains")).expect("it fits");
     let written = serde_json::to_value(&packing).expect("plain data");
     let ribs = |kind: &str, i: usize| written[kind][i].get("ribs").cloned();
     assert_eq!(written["grains"][0]["shape"], json!({"library": ["stone"]}));

@@ -10,13 +10,13 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use serde_json::{Value, json};
-use soilsig::course::{Course, Facet, MOST_HITS};
-use soilsig::export::{self, To};
+use soilsig::histogram::tally::Kept;
 use soilsig::histogram::{Histogram, Mean};
-use soilsig::random::{Purpose, Sampler};
+use soilsig::products::export::{self, To};
 use soilsig::scene::Scene;
-use soilsig::tally::Kept;
-use soilsig::trace;
+use soilsig::support::random::{Purpose, Sampler};
+use soilsig::tracer::rules::{Course, Facet, MOST_HITS};
+use soilsig::tracer::trace;
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
 use tempfile::TempDir;
 

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
-use soilsig::packings::quantile_95;
-use soilsig::random::seed_of;
+use soilsig::support::random::seed_of;
+use soilsig::support::statistics::quantile_95;
 
 use crate::support::{a_blender, real_blenders, run_in};
 

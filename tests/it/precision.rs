@@ -4,14 +4,13 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use glam::{DAffine3, DQuat, DVec3};
-use soilsig::bvh::Accelerator;
-use soilsig::course::{Course, Facet};
-use soilsig::geometry::{Bed, Domain, Mesh, Placement};
-use soilsig::ingest;
-use soilsig::random::{Purpose, Sampler};
+use soilsig::geometry::{Bed, Domain, Mesh, Placement, ingest};
+use soilsig::histogram::tally::{Kept, Tally};
 use soilsig::scene::{Scene, Sides};
-use soilsig::tally::{Kept, Tally};
+use soilsig::support::random::{Purpose, Sampler};
 use soilsig::tracer::Tracer;
+use soilsig::tracer::bvh::Accelerator;
+use soilsig::tracer::rules::{Course, Facet};
 
 /// Where the lines of a grid run, as shares of its width: narrow strips among them.
 const LINES: [f64; 9] = [0.0, 0.1, 0.100_003, 0.3, 0.37, 0.5, 0.500_003, 0.9, 1.0];

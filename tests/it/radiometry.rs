@@ -3,13 +3,12 @@
 use std::fmt::Write as _;
 use std::fs;
 
-use soilsig::cube::Cube;
+use soilsig::products::cube::Cube;
 use soilsig::radiometry::{Assumed, brightness_temperature_k, planck};
-use soilsig::scene::Scene;
-use soilsig::signature::{self, Band, Grid};
-use soilsig::stop::Target;
-use soilsig::table::Table;
-use soilsig::trace;
+use soilsig::scene::{Grid, Scene};
+use soilsig::signature::{self, Band};
+use soilsig::table::{Table, Target};
+use soilsig::tracer::trace;
 
 use crate::support::{Place, shipped};
 

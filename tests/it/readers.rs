@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use soilsig::cube::Cube;
+use soilsig::products::cube::Cube;
 
 use crate::support::{Tool, tool};
 

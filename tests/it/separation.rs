@@ -5,11 +5,11 @@ use std::path::Path;
 use soilsig::radiometry::{
     Assumed, Measured, Method, RadiometryError, Retrieved, Temperature, planck, separate,
 };
-use soilsig::scene::Scene;
-use soilsig::signature::{self, Grid};
+use soilsig::scene::{Grid, Scene};
+use soilsig::signature;
 use soilsig::spectrum::Spectrum;
-use soilsig::stop::Target;
-use soilsig::trace;
+use soilsig::table::Target;
+use soilsig::tracer::trace;
 
 use crate::support::{Noise, l_sky, measured};
 

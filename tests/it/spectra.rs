@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use soilsig::spectrum::format::{Reading, read, read_one, write};
 use soilsig::spectrum::resample::{Response, resampling_error};
 use soilsig::spectrum::{Quantity, Spectrum, SpectrumError, Tabulated, Warning};
+use soilsig::support::error::Failure;
 
 use crate::support::Place;
 

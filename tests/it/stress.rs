@@ -2,8 +2,8 @@
 //! result claims.
 
 use assert_cmd::Command;
-use soilsig::cache::Cache;
-use soilsig::stress::{self, Point, Row, Setting};
+use soilsig::studies::stress::{self, Point, Row, Setting};
+use soilsig::support::cache::Cache;
 
 use crate::support::real_blenders;
 

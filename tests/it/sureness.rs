@@ -3,12 +3,13 @@
 
 use std::path::Path;
 
-use soilsig::course::Course;
 use soilsig::histogram::{Histogram, Mean};
-use soilsig::random::{Purpose, Sampler};
 use soilsig::scene::Scene;
 use soilsig::spectrum::Spectrum;
-use soilsig::{signature, trace};
+use soilsig::support::random::{Purpose, Sampler};
+use soilsig::table::materials;
+use soilsig::tracer::rules::Course;
+use soilsig::tracer::trace;
 
 const SEEDS: u64 = 80;
 const PATHS: u64 = 8192;
@@ -28,12 +29,12 @@ fn what_two_nets_differ_by_is_what_seeds_differ_by() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
     let scene = Scene::read(&path).expect("a shipped scene");
     let tracer = trace::tracer(&scene, &path).expect("its meshes");
-    let materials = trace::materials(&scene, &path).expect("shipped spectra");
+    let materials = materials::materials(&scene, &path).expect("shipped spectra");
     let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
     let of = |sampler: Sampler| {
         let course = Course { sampler, ..Course::new(&scene, &spectra) };
         let bands =
-            signature::reflectances(&spectra, course.kept, &[9.0, 11.0]).expect("within range");
+            materials::reflectances(&spectra, course.kept, &[9.0, 11.0]).expect("within range");
         let course = course.ending_below(0.001, &bands);
         let run = |seed: u64| {
             let traced = tracer.trace(&course, seed, Purpose::Result, 0..PATHS, &|_| ());

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 /// Version of the record of a drop, the value of `soilsig_frames`.
-pub(super) const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 1;
 use crate::support::error::Failure;
 
 /// A picture cannot be made.

@@ -30,8 +30,9 @@ mod visible;
 
 pub use coverages::coverages;
 pub use drop::drop;
+pub use error::FORMAT;
 pub use error::PictureError;
-pub use frames::{FORMAT, MOST_PANELS};
+pub use frames::MOST_PANELS;
 pub use grain::grain;
 pub use patch::{patch, sensor_view};
 pub use source::Source;

@@ -3,7 +3,7 @@
 use std::process::{Command, Output};
 
 use serde_json::Value;
-use soilsig::error::Status;
+use soilsig::support::error::Status;
 
 use super::fake::{Fake, probe_with};
 

@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use soilsig::blender::{Blender, BlenderError, Event, Finished, Job, Kind, Search, Version};
-use soilsig::error::Status;
-use soilsig::interrupt;
+use soilsig::support::error::{Failure, Status};
+use soilsig::support::interrupt;
 
 use super::fake::Fake;
 use crate::support::real_blenders;

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use soilsig::blender::{Kind, Search, Version};
-use soilsig::error::Status;
+use soilsig::support::error::{Failure, Status};
 use tempfile::TempDir;
 
 use super::fake::{Fake, executable, probe_with};

@@ -2,10 +2,10 @@
 
 use std::f64::consts::FRAC_PI_4;
 
-use soilsig::course::{Course, Facet, MOST_HITS};
-use soilsig::random::{Purpose, Sampler};
-use soilsig::tally::{Kept, Tally};
+use soilsig::histogram::tally::{Kept, Tally};
+use soilsig::support::random::{Purpose, Sampler};
 use soilsig::tracer::Tracer;
+use soilsig::tracer::rules::{Course, Facet, MOST_HITS};
 
 use super::bodies::ball;
 

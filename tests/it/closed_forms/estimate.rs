@@ -1,12 +1,12 @@
 //! Means to a standard error that is asked for, seen from one direction or from all.
 
 use glam::DVec3;
-use soilsig::course::{Course, Facet, MOST_HITS};
 use soilsig::geometry::Bed;
+use soilsig::histogram::tally::{Kept, Tally};
 use soilsig::histogram::{Histogram, Mean, Sources};
-use soilsig::random::{Purpose, Sampler};
-use soilsig::tally::{Kept, Tally};
+use soilsig::support::random::{Purpose, Sampler};
 use soilsig::tracer::Tracer;
+use soilsig::tracer::rules::{Course, Facet, MOST_HITS};
 
 /// The standard error of every check.
 const STANDARD_ERROR: f64 = 1e-4;

@@ -2,10 +2,9 @@
 
 use std::fs;
 
-use soilsig::radiometry;
 use soilsig::scene::Sky;
-use soilsig::signature;
 use soilsig::table::Table;
+use soilsig::{radiometry, signature};
 use tempfile::TempDir;
 
 use crate::support::trace_file;

@@ -2,11 +2,9 @@
 
 use std::path::Path;
 
-use soilsig::scene::Scene;
-use soilsig::signature::Grid;
-use soilsig::stop::Target;
-use soilsig::table::Table;
-use soilsig::trace;
+use soilsig::scene::{Grid, Scene};
+use soilsig::table::{Table, Target};
+use soilsig::tracer::trace;
 
 /// Traces a scene file with a seed.
 pub fn trace_file(path: &Path, seed: u64, tolerance: f64) -> Table {
