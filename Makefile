@@ -19,13 +19,15 @@ setup: ## install what `make run` needs
 test: ## lint, and run every test, in Blender and in Python's bpy
 	@sh scripts/setup.sh test "$(WITHOUT)"
 	@$(MAKE) --no-print-directory lint
+	SOILSIG_TEST_ALL=1 \
 	SOILSIG_TEST_BLENDER=$(if $(filter blender,$(WITHOUT)),none,$$(command -v blender)) \
 	SOILSIG_TEST_BPY=$(if $(filter bpy,$(WITHOUT)),none,$(CURDIR)/.venv/bin/python) \
 	SOILSIG_TEST_WINDOW=$(if $(filter window,$(WITHOUT)),none,$$(command -v Xvfb)) \
 	SOILSIG_TEST_MITSUBA=$(if $(filter mitsuba,$(WITHOUT)),none,$(CURDIR)/.tools/mitsuba/bin/python) \
 	SOILSIG_TEST_READERS=$(if $(filter readers,$(WITHOUT)),none,$(CURDIR)/.tools/readers/bin/python) \
+	SOILSIG_TEST_LIBRARY=$${SOILSIG_TEST_LIBRARY:-none} \
 	cargo test --release
-	@$(if $(WITHOUT),echo 'NOT RUN: the tests in $(WITHOUT)')
+	@$(if $(WITHOUT),echo 'LEFT OUT: the tests that need $(WITHOUT)')
 
 lint:
 	cargo fmt --check

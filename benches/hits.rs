@@ -8,11 +8,10 @@ use std::process::Command;
 
 use glam::{DVec3, Vec3};
 use nix::time::{ClockId, clock_gettime};
-use soilsig::bvh::{Accelerator, Hit};
-use soilsig::geometry::Bed;
-use soilsig::ingest;
-use soilsig::random::{Purpose, Source};
+use soilsig::geometry::{Bed, ingest};
 use soilsig::scene::Scene;
+use soilsig::support::random::{Purpose, Source};
+use soilsig::tracer::bvh::{Accelerator, Hit};
 
 /// Paths whose rays are traced; about ten rays each.
 const PATHS: u64 = 100_000;

@@ -3,13 +3,13 @@
 
 use std::path::Path;
 
-use soilsig::course::Course;
 use soilsig::histogram::{Histogram, Mean};
-use soilsig::scene::Scene;
-use soilsig::signature::{self, Grid};
+use soilsig::scene::{Grid, Scene};
 use soilsig::spectrum::Spectrum;
-use soilsig::stop::{self, Part, Target, Watch};
-use soilsig::trace;
+use soilsig::table::{Part, Target, materials};
+use soilsig::tracer::rules::Course;
+use soilsig::tracer::trace;
+use soilsig::tracer::until::{self, Watch};
 
 /// Independent runs.
 const RUNS: u64 = 1600;
@@ -22,17 +22,17 @@ fn main() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
     let scene = Scene::read(&path).expect("a shipped scene");
     let tracer = trace::tracer(&scene, &path).expect("its meshes");
-    let materials = trace::materials(&scene, &path).expect("shipped spectra");
+    let materials = materials::materials(&scene, &path).expect("shipped spectra");
     let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
     let course = Course::new(&scene, &spectra);
     let at = |wavelengths_um: &[f64]| {
-        signature::reflectances(&spectra, course.kept, wavelengths_um).expect("within their range")
+        materials::reflectances(&spectra, course.kept, wavelengths_um).expect("within their range")
     };
     let (bands, looked_at) = (at(&Grid::PAPER.wavelengths_um()), at(&BANDS_UM));
     let run = |seed: u64, target: Target| -> Vec<Mean> {
         let course = course.clone().ending_below(target.least_weight, &bands);
         let watch = Watch { progress: &|_, _| (), keep: &|_| Ok(()) };
-        let traced = stop::trace(&tracer, &course, seed, &bands, target, None, &watch);
+        let traced = until::trace(&tracer, &course, seed, &bands, target, None, &watch);
         let histogram = Histogram::of(&traced.expect("traced").tally);
         looked_at.iter().map(|reflectance| histogram.weight(reflectance)).collect()
     };

@@ -2,20 +2,20 @@
 
 use std::path::PathBuf;
 
+use crate::beds::own_grains::LibraryError;
 use crate::blender::BlenderError;
-use crate::chart::BesideError;
-use crate::envi::EnviError;
-use crate::export::DirsigError;
-use crate::image::ImageError;
-use crate::ingest::IngestError;
-use crate::library::LibraryError;
-use crate::output::OutputError;
-use crate::picture::PictureError;
-use crate::plot::PlotError;
+use crate::draw::picture::PictureError;
+use crate::draw::plot::PlotError;
+use crate::geometry::ingest::IngestError;
+use crate::pipeline::record::RecordError;
+use crate::products::export::DirsigError;
+use crate::products::image::ImageError;
 use crate::radiometry::RadiometryError;
-use crate::record::RecordError;
 use crate::scene::SceneError;
 use crate::spectrum::SpectrumError;
+use crate::studies::chart::BesideError;
+use crate::support::envi::EnviError;
+use crate::support::output::OutputError;
 use crate::table::TableError;
 
 /// Exit statuses of the program, so that scripts can tell failures apart.

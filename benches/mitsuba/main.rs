@@ -22,14 +22,13 @@ use std::process::{Command, Stdio};
 
 use nix::time::{ClockId, clock_gettime};
 use serde_json::{Value, json};
-use soilsig::course::Course;
-use soilsig::export::{self, To};
 use soilsig::histogram::{Histogram, Mean};
-use soilsig::scene::Scene;
-use soilsig::signature::Grid;
-use soilsig::stop::{self, Target, Watch};
-use soilsig::trace;
-use soilsig::tracer::Tracer;
+use soilsig::products::export::{self, To};
+use soilsig::scene::{Grid, Scene};
+use soilsig::table::{Target, materials};
+use soilsig::tracer::rules::Course;
+use soilsig::tracer::until::{self, Watch};
+use soilsig::tracer::{Tracer, trace};
 
 /// Runs of each, in turns.
 const RUNS: u64 = 5;
@@ -75,7 +74,7 @@ struct Ours {
 impl Ours {
     fn bands(&self, wavelengths_um: &[f64]) -> Done<Vec<Vec<f64>>> {
         let kept = self.course().kept;
-        Ok(trace::bands(&self.materials, kept, wavelengths_um, Path::new(&self.path))?)
+        Ok(materials::bands(&self.materials, kept, wavelengths_um, Path::new(&self.path))?)
     }
 
     fn course(&self) -> Course {
@@ -95,7 +94,7 @@ impl Ours {
         let watch = Watch { progress: &|_, _| (), keep: &|_| Ok(()) };
         let started_s = cpu_s();
         let course = self.course().ending_below(target.least_weight, bands);
-        let traced = stop::trace(&self.tracer, &course, seed, bands, target, None, &watch)?;
+        let traced = until::trace(&self.tracer, &course, seed, bands, target, None, &watch)?;
         let histogram = Histogram::of(&traced.tally);
         let means = asked.iter().map(|rho| histogram.weight(rho)).collect();
         Ok((cpu_s() - started_s, means))
@@ -104,7 +103,7 @@ impl Ours {
 
 /// The standard error with what trapped paths leave open, as ours state it.
 fn error(mean: &Mean) -> f64 {
-    mean.half_width() / soilsig::histogram::T_95
+    mean.half_width() / soilsig::support::statistics::T_95
 }
 
 fn cpu_s() -> f64 {
@@ -258,7 +257,7 @@ fn ours(scene: &str, open_scene: &str) -> Done<Ours> {
     let path = Path::new(open_scene);
     let scene = Scene::read(path)?;
     let tracer = trace::tracer(&scene, path)?;
-    let materials = trace::materials(&scene, path)?;
+    let materials = materials::materials(&scene, path)?;
     let exported = path.with_extension("mitsuba");
     export::export(&scene, path, To::Mitsuba, &BANDS_UM[..3], &exported)?;
     Ok(Ours { tracer, scene, materials, path: open_scene.into(), exported })

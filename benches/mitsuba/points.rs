@@ -5,10 +5,10 @@
 
 use std::fs;
 
-use soilsig::chart::{self, Reference, Run, Setting, Took};
 use soilsig::histogram::{Histogram, Mean};
-use soilsig::random::Purpose;
-use soilsig::stop::Target;
+use soilsig::studies::chart::{self, Reference, Run, Setting, Took};
+use soilsig::support::random::Purpose;
+use soilsig::table::Target;
 
 use super::{ALL_BY_SOME, BANDS_UM, Done, Film, Ours, theirs};
 

@@ -6,8 +6,8 @@ use std::time::Duration;
 use nix::sys::signal::Signal;
 
 use super::{Kind, Version};
-use crate::error::Status;
-use crate::output::OutputError;
+use crate::support::error::{Failure, Status};
+use crate::support::output::OutputError;
 
 /// Blender could not be found or did not do its work.
 #[derive(Debug, thiserror::Error)]
@@ -99,8 +99,18 @@ pub enum BlenderError {
 }
 
 impl BlenderError {
-    /// The program's exit status.
-    pub fn status(&self) -> Status {
+    /// Where everything is that Blender said, if that was kept.
+    pub fn log(&self) -> Option<&Path> {
+        match self {
+            Self::Script { log, .. } | Self::Refused { log, .. } => Some(log),
+            Self::Crash { log, .. } | Self::Timeout { log, .. } => log.as_deref(),
+            _ => None,
+        }
+    }
+}
+
+impl Failure for BlenderError {
+    fn status(&self) -> Status {
         match self {
             Self::Missing { .. } | Self::Unusable { .. } | Self::NoWindow { .. } => {
                 Status::BlenderMissing
@@ -116,8 +126,7 @@ impl BlenderError {
         }
     }
 
-    /// What the user can do about it.
-    pub fn hint(&self) -> Option<String> {
+    fn hint(&self) -> Option<String> {
         let remedy = match self {
             Self::Missing { .. } => {
                 "install one (on Debian: apt install blender python3-numpy), or name a blender or \
@@ -155,14 +164,5 @@ impl BlenderError {
         let log = self.log().map(|log| format!("Blender's log: {}", log.display()));
         let parts = [remedy, log.as_deref().unwrap_or_default()];
         Some(parts.iter().filter(|part| !part.is_empty()).copied().collect::<Vec<_>>().join("; "))
-    }
-
-    /// Where everything is that Blender said, if that was kept.
-    pub fn log(&self) -> Option<&Path> {
-        match self {
-            Self::Script { log, .. } | Self::Refused { log, .. } => Some(log),
-            Self::Crash { log, .. } | Self::Timeout { log, .. } => log.as_deref(),
-            _ => None,
-        }
     }
 }

@@ -7,7 +7,7 @@ use std::time::UNIX_EPOCH;
 use serde::{Deserialize, Serialize};
 
 use super::Blender;
-use crate::output::{self, OutputError};
+use crate::support::output::{self, OutputError};
 
 /// What is remembered of a Blender, good as long as its files are unchanged.
 #[derive(Serialize, Deserialize)]

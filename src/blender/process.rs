@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
 
-use crate::interrupt;
+use crate::support::interrupt;
 
 /// How often the limit, the user's wish to stop and the child's end are looked at.
 const POLL: Duration = Duration::from_millis(20);

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::process::{self, Ending};
 use super::{Blender, BlenderError, Event, Kind, Trouble, scripts};
-use crate::output::{self, OutputError};
+use crate::support::output::{self, OutputError};
 
 /// A script to be run.
 #[derive(Debug, Clone)]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use crate::output::{self, OutputError};
+use crate::support::output::{self, OutputError};
 
 macro_rules! scripts {
     ($($path:literal),* $(,)?) => {

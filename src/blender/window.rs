@@ -10,7 +10,7 @@ use zip::write::SimpleFileOptions;
 use super::process::Ending;
 use super::run::{Scratch, does_not_start, last_words, run_logged};
 use super::{Blender, BlenderError, Kind, SCRIPTS};
-use crate::output::{self, OutputError};
+use crate::support::output::{self, OutputError};
 
 /// The add-on's folder.
 const ADDON: &str = "soilsig_addon";

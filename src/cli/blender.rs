@@ -3,11 +3,10 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use soilsig::blender;
-use soilsig::cache::Cache;
-use soilsig::error::Error;
-
 use super::{print, utf8_path};
+use crate::blender;
+use crate::support::cache::Cache;
+use crate::support::error::Error;
 
 /// Opens Blender's window to author grains over SEM images, or writes the add-on for its preferences
 #[derive(clap::Args)]

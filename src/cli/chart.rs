@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use soilsig::cache::Cache;
-use soilsig::chart::{self, Maker};
-use soilsig::error::Error;
-use soilsig::scene::{Scene, SceneGeometry};
-use soilsig::{blender, output, words};
-
 use super::{Bands, InBlender, print, tolerance};
+use crate::blender;
+use crate::scene::{Scene, SceneGeometry};
+use crate::studies::chart::{self, Maker};
+use crate::support::cache::Cache;
+use crate::support::error::Error;
+use crate::support::output;
 
 /// Charts the error of the emissivity against the time it takes, for every knob that trades one for the other
 ///
@@ -38,7 +38,7 @@ pub struct Args {
 
 pub fn run(args: &Args, cache: &Cache) -> Result<(), Error> {
     let path = &args.scene;
-    let scene = match soilsig::shipped::text(&path.to_string_lossy()) {
+    let scene = match crate::scene::shipped::text(&path.to_string_lossy()) {
         Some(text) => Scene::parse(text, path)?,
         None => Scene::read(path)?,
     };
@@ -58,5 +58,5 @@ pub fn run(args: &Args, cache: &Cache) -> Result<(), Error> {
     };
     trade.settings.extend(beside.into_iter().flatten());
     trade.write(args.tolerance, &args.out)?;
-    print(&words::trade(&trade, args.tolerance))
+    print(&chart::in_words(&trade, args.tolerance))
 }

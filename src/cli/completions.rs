@@ -2,9 +2,9 @@
 
 use clap::CommandFactory as _;
 use clap_complete::Shell;
-use soilsig::error::Error;
 
 use super::{Cli, print};
+use crate::support::error::Error;
 
 /// Prints completions for a shell
 #[derive(clap::Args)]

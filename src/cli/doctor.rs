@@ -6,8 +6,10 @@ use std::path::{Path, PathBuf};
 use std::thread;
 
 use serde_json::{Value, json};
-use soilsig::blender::{Attempt, Blender, Outcome, Search};
-use soilsig::error::Error;
+
+use crate::blender::{Attempt, Blender, Outcome, Search};
+use crate::support::error::Error;
+use crate::support::error::Failure;
 
 /// Says what is found on this machine and whether it will do.
 #[derive(Debug, clap::Args)]

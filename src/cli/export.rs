@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use soilsig::error::Error;
-use soilsig::export::{self, To};
-use soilsig::scene::Scene;
-use soilsig::{ingest, output};
-
 use super::{Bands, print, usage};
+use crate::geometry::ingest;
+use crate::products::export::{self, To};
+use crate::scene::Scene;
+use crate::support::error::Error;
+use crate::support::output;
 
 /// Writes a placed scene as a DIRSIG bundle or for Mitsuba 3, and says what could not be carried over
 #[derive(clap::Args)]

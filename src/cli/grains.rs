@@ -2,12 +2,11 @@
 
 use std::path::PathBuf;
 
-use soilsig::cache::Cache;
-use soilsig::error::Status;
-use soilsig::grains::{self, Options};
-use soilsig::library::{self, Grain, LibraryError};
-
 use super::{InBlender, Outcome, print, utf8_path};
+use crate::beds::own_grains::{self, Grain, LibraryError};
+use crate::products::grains::{self, Options};
+use crate::support::cache::Cache;
+use crate::support::error::Status;
 
 /// Models bare grains of every shape and measures them against what is asked of the shape
 #[derive(clap::Args)]
@@ -64,7 +63,7 @@ pub fn run(args: &Args, cache: &Cache) -> Outcome {
 /// Says of every grain what it is, or what is wrong with it.
 fn check(folder: &std::path::Path) -> Outcome {
     let mut refused = false;
-    for name in library::names(folder)? {
+    for name in own_grains::names(folder)? {
         match Grain::read(folder, &name) {
             Ok(grain) => print(&format!(
                 "{name}: {}, {:.1} um, {} faces: sound\n",

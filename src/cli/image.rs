@@ -2,13 +2,12 @@
 
 use std::path::PathBuf;
 
-use soilsig::error::Status;
-use soilsig::image::{self, Asked, MOST_PATHS};
-use soilsig::progress::Step;
-use soilsig::scene::Scene;
-use soilsig::trace;
-
 use super::{Bands, Outcome, print, tolerance};
+use crate::products::image::{self, Asked, MOST_PATHS};
+use crate::scene::Scene;
+use crate::support::error::Status;
+use crate::support::progress::Step;
+use crate::tracer::trace;
 
 /// Traces a placed scene into a radiance image with a spectrum in every pixel
 ///

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use soilsig::error::Error;
-use soilsig::{export, output};
-
 use super::print;
+use crate::products::export;
+use crate::support::error::Error;
+use crate::support::output;
 
 /// Makes a scene file of DIRSIG's object database and material list, and says what was left out
 #[derive(clap::Args)]

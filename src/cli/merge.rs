@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 
-use soilsig::budget::{Budget, Origin};
-use soilsig::error::{Error, Status};
-use soilsig::{merge, output, report, signature, words};
-
 use super::{Outcome, print};
+use crate::report::{self, terminal};
+use crate::signature;
+use crate::signature::budget::{Budget, Origin};
+use crate::support::error::{Error, Status};
+use crate::support::output;
+use crate::table::merge;
 
 /// Puts the bounce tables of all shards of one trace together: byte for byte the table of one run
 #[derive(clap::Args)]
@@ -30,7 +32,7 @@ pub fn run(args: &Args) -> Outcome {
     let bands = signature::evaluate(&whole, &wavelengths_um)?;
     let budget = Budget::new(&whole, &bands, Origin::Given)?;
     let reached = report::reached(&whole, &bands, &budget, tolerance);
-    print(&format!("{name}: {}", words::reached(&reached)))?;
+    print(&format!("{name}: {}", terminal::reached(&reached)))?;
     // Where a number of paths was asked for, that is what there is.
     let asked = whole[0].stop.max_paths.is_some();
     Ok::<_, Error>((asked && !reached.tolerance_reached).then_some(Status::ToleranceNotReached))

@@ -25,14 +25,16 @@ use std::process::ExitCode;
 
 use clap::builder::{StringValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
-use soilsig::cache::Cache;
-use soilsig::error::{Error, Status};
-use soilsig::output::OutputError;
-use soilsig::radiometry::Assumed;
-use soilsig::scene::{Inverted, SpectrumSource};
-use soilsig::signature::Grid;
-use soilsig::spectrum::Spectrum;
-use soilsig::{interrupt, output, plot, report};
+
+use crate::draw::plot;
+use crate::radiometry::Assumed;
+
+use crate::scene::{Grid, Inverted, SpectrumSource};
+use crate::spectrum::Spectrum;
+use crate::support::cache::Cache;
+use crate::support::error::{Error, Status};
+use crate::support::interrupt;
+use crate::support::output::{self, OutputError};
 
 /// Thermal-infrared signatures of soil from the geometry of its grains
 #[derive(Parser)]
@@ -236,7 +238,7 @@ impl ChartFormat {
     fn write(&self, svg: &str, path: &Path) -> Result<(), Error> {
         match self {
             Self::Svg => output::bytes(path, svg.as_bytes())?,
-            Self::Png => output::bytes(path, &plot::png(svg, report::PIXELS_PER_UNIT)?)?,
+            Self::Png => output::bytes(path, &plot::png(svg, plot::PIXELS_PER_UNIT)?)?,
         }
         Ok(())
     }

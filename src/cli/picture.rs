@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, Subcommand};
-use soilsig::error::Error;
-use soilsig::output;
-use soilsig::picture::{self, Look, MOST_PANELS, Source};
 
 use super::usage;
+use crate::draw::picture::{self, Look, MOST_PANELS, Source};
+use crate::support::error::Error;
+use crate::support::output;
 
 /// Draws a grain, the drop or the beds of earlier results; needs no Blender
 #[derive(ClapArgs)]

@@ -2,14 +2,12 @@
 
 use std::path::PathBuf;
 
-use soilsig::cache::Cache;
-use soilsig::error::Status;
-use soilsig::packings::{self, Auto, HowMany};
-use soilsig::pipeline::{self, Options, Source};
-use soilsig::scene::MOST_PARTICLES;
-use soilsig::words;
-
 use super::{Bands, Enough, InBlender, Outcome, command_line, print, utf8_path};
+use crate::histogram::estimate;
+use crate::pipeline::{self, Auto, HowMany, Options, Source};
+use crate::scene::MOST_PARTICLES;
+use crate::support::cache::Cache;
+use crate::support::error::Status;
 
 /// Models and drops the grains in Blender, traces the bed, writes its signature
 #[derive(clap::Args)]
@@ -62,9 +60,9 @@ struct Which {
 
 fn packings(text: &str) -> Result<HowMany, String> {
     match text.parse() {
-        Ok(number @ 1..=packings::MOST) => Ok(HowMany::Number(number)),
+        Ok(number @ 1..=estimate::MOST) => Ok(HowMany::Number(number)),
         _ if text == "auto" => Ok(HowMany::Planned(Auto::Auto)),
-        _ => Err(format!("it must be `auto` or a number from 1 to {}", packings::MOST)),
+        _ => Err(format!("it must be `auto` or a number from 1 to {}", estimate::MOST)),
     }
 }
 
@@ -105,7 +103,7 @@ pub fn run(args: &Args, cache: &Cache) -> Outcome {
     if args.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&record).expect("plain data")))?;
     } else {
-        print(&words::record(&record, &out))?;
+        print(&crate::pipeline::record::in_words(&record, &out))?;
     }
     Ok((!record.tolerance_reached()).then_some(Status::ToleranceNotReached))
 }

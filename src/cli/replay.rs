@@ -3,13 +3,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use soilsig::cache::Cache;
-use soilsig::error::{Error, Status};
-use soilsig::output::{self, OutputError};
-use soilsig::pipeline;
-use soilsig::record::Record;
-
 use super::{Outcome, command_line, print, usage};
+use crate::pipeline;
+use crate::pipeline::record::Record;
+use crate::support::cache::Cache;
+use crate::support::error::{Failure, Status};
+use crate::support::output::{self, OutputError};
 
 /// Runs a recorded run again, all of it, and compares the results byte for byte
 #[derive(clap::Args)]
@@ -35,7 +34,7 @@ pub fn run(args: &Args) -> Outcome {
         usage("--out is the folder of the recorded run, which would be overwritten: name another");
     }
     for (path, sum) in &before.inputs {
-        if output::sha256_hex(Path::new(path)).map_err(Error::Input)? != *sum {
+        if output::sha256_hex(Path::new(path)).map_err(InputGone)? != *sum {
             print(&format!("input changed since: {path}\n"))?;
         }
     }
@@ -69,6 +68,21 @@ pub fn run(args: &Args) -> Outcome {
         print(&format!("the new result is in {}\n", out.display()))?;
     }
     Ok(differ.then_some(Status::ReplayDiffers))
+}
+
+/// An input of a recorded run is gone.
+#[derive(Debug, thiserror::Error)]
+#[error("an input of the recorded run: {0}")]
+struct InputGone(OutputError);
+
+impl Failure for InputGone {
+    fn hint(&self) -> Option<String> {
+        Some("put it back where it was, or run the pipeline anew".into())
+    }
+
+    fn status(&self) -> Status {
+        Status::Files
+    }
 }
 
 /// Where two files differ, in words.

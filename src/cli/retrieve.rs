@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use soilsig::cube::Cube;
-use soilsig::error::Error;
-use soilsig::radiometry::{Atmosphere, Method, SkyTable, Temperature};
-use soilsig::retrieve::{self, ImageError, Known, Sky, Target};
-use soilsig::{output, scene};
-
 use super::{Assumptions, print, usage};
+use crate::products::cube::Cube;
+use crate::products::retrieve::{self, ImageError, Known, Sky, Target};
+use crate::radiometry::{Atmosphere, Method, SkyTable, Temperature};
+use crate::scene;
+use crate::support::error::Error;
+use crate::support::output;
 
 /// Retrieves emissivity and brightness temperature from measured radiance, by Eq. 2
 ///

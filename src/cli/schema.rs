@@ -1,9 +1,8 @@
 //! `soilsig schema`: the formats of files, as JSON Schema.
 
-use soilsig::error::Error;
-use soilsig::scene::Scene;
-
 use super::print;
+use crate::scene::Scene;
+use crate::support::error::Error;
 
 /// Prints the JSON Schema of a file format
 #[derive(clap::Args)]

@@ -3,16 +3,17 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use soilsig::budget::{Budget, Origin};
-use soilsig::error::Error;
-use soilsig::output;
-use soilsig::radiometry::{Atmosphere, SkyTable, Temperature};
-use soilsig::scene::Sky;
-use soilsig::spectrum::Spectrum;
-use soilsig::table::Table;
-use soilsig::{plot, remarks, report, signature, words};
-
 use super::{Assumptions, Bands, ChartFormat, file_of, print, spectra, spectrum_source, usage};
+use crate::draw::plot;
+use crate::radiometry::{Atmosphere, SkyTable, Temperature};
+use crate::report::{self, terminal, warnings};
+use crate::scene::Sky;
+use crate::signature;
+use crate::signature::budget::{Budget, Origin};
+use crate::spectrum::Spectrum;
+use crate::support::error::Error;
+use crate::support::output;
+use crate::table::Table;
 
 /// Evaluates bounce tables: emissivity and radiance by band, without tracing again
 #[derive(clap::Args)]
@@ -107,7 +108,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
         Temperature { error_k: args.assumptions.temperature_error, ..table.temperature() };
     let assumed = args.assumptions.assumed();
     let bands = signature::evaluate(&tables, &wavelengths_um)?;
-    for remark in remarks::of_result(&tables, &bands, tables[0].stop.tolerance, None) {
+    for remark in warnings::of_result(&tables, &bands, tables[0].stop.tolerance, None) {
         eprintln!("warning: {remark}");
     }
     match &args.out {
@@ -118,7 +119,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
         let budget = Budget::new(&tables, &bands, Origin::of_tables(tables.len()))?;
         output::bytes(path, budget.csv_text().as_bytes())?;
     }
-    eprint!("{}", words::retrieval(&report::retrieval(&tables[0], &bands, assumed)));
+    eprint!("{}", terminal::retrieval(&report::retrieval(&tables[0], &bands, assumed)));
     if let (Some(path), Some(format)) = (&args.plot, format) {
         let versions = BTreeMap::from([("soilsig".into(), env!("CARGO_PKG_VERSION").into())]);
         let mut chart = report::chart(&tables[0].scene, &[(&tables, &bands)], &versions);

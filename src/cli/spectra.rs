@@ -3,17 +3,15 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use soilsig::error::Error;
-use soilsig::features::features;
-use soilsig::output;
-use soilsig::plot::{self, Chart, Curve};
-use soilsig::scene::SpectrumSource;
-use soilsig::signature::Grid;
-use soilsig::spectrum::format::{self, Format, Reading};
-use soilsig::spectrum::resample::{Response, resampling_error};
-use soilsig::spectrum::{self, Quantity, Spectrum, SpectrumError};
-
 use super::{ChartFormat, file_of, print, range, spectrum_source, usage};
+use crate::draw::plot::{self, Chart, Curve};
+use crate::scene::{Grid, SpectrumSource};
+use crate::spectrum::features::features;
+use crate::spectrum::format::{self, Format, Reading};
+use crate::spectrum::resample::{Response, resampling_error};
+use crate::spectrum::{self, Quantity, Spectrum, SpectrumError};
+use crate::support::error::Error;
+use crate::support::output;
 
 /// Lists, shows, plots, converts and checks spectra
 #[derive(clap::Args)]

@@ -2,12 +2,11 @@
 
 use std::path::PathBuf;
 
-use soilsig::cache::Cache;
-use soilsig::error::Error;
-use soilsig::progress::Step;
-use soilsig::stress::{self, Setting};
-
 use super::{print, usage, utf8_path};
+use crate::studies::stress::{self, Setting};
+use crate::support::cache::Cache;
+use crate::support::error::Error;
+use crate::support::progress::Step;
 
 /// Drives the method to where it fails, and notes whether the tool says so
 ///

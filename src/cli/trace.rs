@@ -2,14 +2,16 @@
 
 use std::path::PathBuf;
 
-use soilsig::budget::{Budget, Origin};
-use soilsig::error::Status;
-use soilsig::progress::Step;
-use soilsig::scene::Scene;
-use soilsig::stop::{Part, Target};
-use soilsig::{output, report, signature, trace, words};
-
 use super::{Bands, Enough, Outcome, print, usage};
+use crate::report::{self, terminal};
+use crate::scene::Scene;
+use crate::signature;
+use crate::signature::budget::{Budget, Origin};
+use crate::support::error::Status;
+use crate::support::output;
+use crate::support::progress::Step;
+use crate::table::{Part, Target};
+use crate::tracer::trace;
 
 /// Traces a placed scene into a bounce table, which `signature` evaluates
 ///
@@ -93,7 +95,7 @@ pub fn run(args: &Args) -> Outcome {
     if args.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&reached).expect("plain data")))?;
     } else {
-        print(&format!("{}: {}", scene.name, words::reached(&reached)))?;
+        print(&format!("{}: {}", scene.name, terminal::reached(&reached)))?;
     }
     Ok((!all_reached).then_some(Status::ToleranceNotReached))
 }

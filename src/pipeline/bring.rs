@@ -5,15 +5,13 @@ use std::time::Duration;
 
 use super::{Bed, Run};
 use crate::beds::Order;
-use crate::blender;
-use crate::cache::Made;
-use crate::error::Error;
-use crate::library::Library;
-use crate::output;
-use crate::progress::Step;
-use crate::random;
+use crate::beds::own_grains::Library;
 use crate::scene::{Packing, Placed, Scene, SceneGeometry, Sides};
-use crate::spectrum;
+use crate::support::cache::Made;
+use crate::support::error::Error;
+use crate::support::progress::Step;
+use crate::support::{output, random};
+use crate::{blender, spectrum};
 
 impl Run<'_> {
     /// Blender's part: the beds as placed geometry, with the scene's own materials and view.

@@ -1,33 +1,36 @@
 //! From a scene to its signature, in stages: drop, trace, signature, picture.
 
 mod bring;
+mod error;
+mod options;
 mod planned;
+pub mod record;
 mod results;
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::budget::{Budget, Origin};
-use crate::cache::Cache;
-use crate::course::Course;
-use crate::error::Error;
-use crate::ingest;
-use crate::library::{self, Library};
-use crate::output;
-use crate::packings::HowMany;
-use crate::plan::PILOT;
-use crate::record::{self, Output, Record, Stage};
-use crate::report;
+use crate::beds::own_grains::{self, Library};
+use crate::geometry::ingest;
+use crate::pipeline::record::{Output, Record, Stage};
+use crate::radiometry::air;
+use crate::scene::shipped::{self, COVERAGES};
 use crate::scene::{Scene, SceneGeometry};
-use crate::shipped::{self, COVERAGES};
-use crate::signature::{Band, Grid};
-use crate::spectrum;
-use crate::table::Table;
-use crate::trace;
+use crate::signature::Band;
+use crate::signature::budget::{Budget, Origin};
+use crate::signature::plan::PILOT;
+use crate::support::cache::Cache;
+use crate::support::error::Error;
+use crate::support::output;
+use crate::table::{Table, materials};
 use crate::tracer::Tracer;
+use crate::tracer::rules::Course;
+use crate::{report, spectrum};
+
+pub use error::PipelineError;
+pub use options::{Auto, HowMany, Options, Source};
 
 /// Files of a drop that differ from run to run: they hold times of day, durations or, as Blender's
 /// own file does, addresses in memory.
@@ -44,49 +47,6 @@ const WRITTEN: [&str; 7] = [
     "run.json",
 ];
 
-/// What is to be run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Source {
-    /// A shipped scene by its coverage: `full`, `less`, `sparse`, `bare`; `all` of them; or the share of the
-    /// grains' silhouettes to be covered with fines, 0 to 1.
-    Coverage(String),
-    /// A scene file, packing or placed.
-    Scene(PathBuf),
-}
-
-/// Everything that a run depends on.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Options {
-    /// The scene.
-    pub source: Source,
-    /// The user's grains, in place of the shapes that are their size classes.
-    #[serde(default)]
-    pub grains: Option<PathBuf>,
-    /// In place of the scene's seeds, of packing and rays both.
-    pub seed: Option<u64>,
-    /// How many packings are dropped.
-    pub packings: HowMany,
-    /// Particles of the field that each packing is to be a patch of; `None` for the packing within mirror sides.
-    pub field: Option<f64>,
-    /// Half-width of the 95 % interval that every band is to reach: of several packings their mean.
-    pub tolerance: f64,
-    /// Most paths for a packing.
-    pub max_paths: u64,
-    /// Longest that the trace of a packing may take, seconds.
-    #[serde(default)]
-    pub max_seconds: Option<f64>,
-    /// The bands.
-    pub grid: Grid,
-    /// Whether the settled patch is exported flat as well.
-    pub patch_obj: bool,
-    /// The Blender to use.
-    pub blender: Option<PathBuf>,
-    /// Longest that Blender may take, seconds.
-    pub blender_timeout_s: u64,
-}
-
 /// Runs the pipeline; all files go below `out`. `run.json` is removed before the first result is written and
 /// written last: where it is, the result is whole. A run that fails before it has a result leaves an earlier
 /// one alone; one that succeeds removes what the earlier one had and it has not.
@@ -99,7 +59,7 @@ pub fn run(
     output::folder(out)?;
     let earlier = Record::read(&out.join("run.json")).ok();
     let mut record = Record {
-        soilsig_run: record::FORMAT,
+        soilsig_run: self::record::FORMAT,
         command,
         options: options.clone(),
         versions: BTreeMap::from([("soilsig".into(), env!("CARGO_PKG_VERSION").into())]),
@@ -131,7 +91,11 @@ pub fn run(
                 shipped::with_cover(share)
             } else {
                 let known: Vec<_> = COVERAGES.iter().map(|(known, _)| *known).collect();
-                return Err(Error::Coverage { wanted: name.clone(), known: known.join(", ") });
+                return Err(PipelineError::Coverage {
+                    wanted: name.clone(),
+                    known: known.join(", "),
+                }
+                .into());
             };
             Run::new(options, out, "", cache, &mut record).scene(scene, &path)?;
         }
@@ -208,11 +172,11 @@ impl<'a> Run<'a> {
         let library = self.library(&mut scene, path)?;
         // Whatever is wrong with the spectra is known before Blender is started.
         let wavelengths_um = self.options.grid.wavelengths_um();
-        let materials = trace::materials(&scene, path)?;
+        let materials = materials::materials(&scene, path)?;
         let spectra: Vec<_> = materials.iter().map(|m| &m.spectrum).collect();
         let kept = Course::new(&scene, &spectra).kept;
-        trace::bands(&materials, kept, &wavelengths_um, path)?;
-        trace::air(&scene, path, &wavelengths_um)?;
+        materials::bands(&materials, kept, &wavelengths_um, path)?;
+        air::air(&scene, path, &wavelengths_um)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         for (_, file) in scene.air_files_mut() {
             let file = folder.join(file);
@@ -241,10 +205,10 @@ impl<'a> Run<'a> {
                 }
             }
             SceneGeometry::Placed(_) if self.options.packings != HowMany::Number(1) => {
-                return Err(Error::OnePacking { scene: path.to_owned() });
+                return Err(PipelineError::OnePacking { scene: path.to_owned() }.into());
             }
             SceneGeometry::Placed(_) if self.options.field.is_some() => {
-                return Err(Error::FieldOfPlaced { scene: path.to_owned() });
+                return Err(PipelineError::FieldOfPlaced { scene: path.to_owned() }.into());
             }
             SceneGeometry::Placed(_) => {
                 for file in ingest::files(&scene, path)? {
@@ -286,12 +250,12 @@ impl<'a> Run<'a> {
     fn library(&mut self, scene: &mut Scene, path: &Path) -> Result<Option<Library>, Error> {
         let SceneGeometry::Packing(packing) = &mut scene.geometry else {
             return match self.options.grains {
-                Some(_) => Err(Error::GrainsOfPlaced { scene: path.to_owned() }),
+                Some(_) => Err(PipelineError::GrainsOfPlaced { scene: path.to_owned() }.into()),
                 None => Ok(None),
             };
         };
         if let Some(folder) = &self.options.grains {
-            library::stand_in(packing, folder)?;
+            own_grains::stand_in(packing, folder)?;
         }
         let library = Library::of(packing, path.parent().unwrap_or(Path::new("")))?;
         for file in library.iter().flat_map(Library::files) {

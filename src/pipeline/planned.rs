@@ -7,17 +7,18 @@ use rayon::prelude::*;
 
 use super::results::{program, ready};
 use super::{Bed, Run};
-use crate::budget::{self, Budget, Origin};
-use crate::depth::{self, Depth};
-use crate::error::Error;
-use crate::library::Library;
-use crate::output::{self, OutputError};
-use crate::plan::{LOOK, PILOT, Plan};
-use crate::progress::Step;
+use crate::beds::own_grains::Library;
+use crate::report::terminal;
 use crate::scene::{Collision, Packing, Scene, SceneGeometry};
 use crate::signature;
+use crate::signature::budget::{Budget, Origin};
+use crate::signature::depth::{self, Depth};
+use crate::signature::plan::{LOOK, PILOT, Plan};
+use crate::support::cache::CacheError;
+use crate::support::error::Error;
+use crate::support::output::{self, OutputError};
+use crate::support::progress::Step;
 use crate::table::Table;
-use crate::words;
 
 /// Packings that are too few for shallower ones to save what their pilot costs.
 const FEW: usize = 4 * PILOT;
@@ -65,7 +66,7 @@ impl Run<'_> {
                 self.packings = PILOT;
                 continue;
             }
-            eprintln!("plan: {}", words::plan(&plan, tolerance));
+            eprintln!("plan: {}", terminal::plan(&plan, tolerance));
             // Those that touch have a pilot of their own, and so have shallower beds.
             let mut anew = found.touching;
             if !sought && (plan.touching || plan.to_be_dropped() > FEW) {
@@ -152,8 +153,8 @@ impl Run<'_> {
         let path = made.folder.join(DEPTH);
         let read = std::fs::read(&path).and_then(|text| Ok(serde_json::from_slice(&text)?));
         let found: Option<Depth> =
-            read.map_err(|source| Error::Cache(OutputError { path, source }))?;
-        let note = found.map_or("all grains are needed".into(), |found| words::depth(&found));
+            read.map_err(|source| CacheError(OutputError { path, source }))?;
+        let note = found.map_or("all grains are needed".into(), |found| terminal::depth(&found));
         let seconds = step.done(&note);
         self.stage("depth", seconds, made.cached);
         Ok(found)
@@ -176,7 +177,7 @@ fn plan_of(
     let budget = Budget::new(tables, &bands, Origin::of(packing))?;
     if tables.len() < PILOT {
         for (band, rho) in bands.iter_mut().zip(tables[0].reflectances(um)?) {
-            band.emissivity.spread = budget::spread_by_cells(tables, &rho);
+            band.emissivity.spread = signature::spread_by_cells(tables, &rho);
         }
     }
     let plan = Plan::new(tables.len().max(PILOT), &bands, &budget, tolerance, left_out);

@@ -6,19 +6,17 @@ use std::time::Duration;
 use rayon::prelude::*;
 
 use super::{Bed, Options, Run};
-use crate::cache::Made;
-use crate::error::Error;
-use crate::output;
-use crate::picture;
-use crate::progress::Step;
-use crate::radiometry::Assumed;
+use crate::draw::picture;
+use crate::radiometry::{Assumed, air};
 use crate::report;
 use crate::scene::Scene;
 use crate::signature::{self, Band};
-use crate::stop::Target;
-use crate::table::Table;
-use crate::trace;
-use crate::tracer::Tracer;
+use crate::support::cache::Made;
+use crate::support::error::Error;
+use crate::support::output;
+use crate::support::progress::Step;
+use crate::table::{Table, Target, materials};
+use crate::tracer::{Tracer, trace};
 
 impl Run<'_> {
     /// Every packing into a table of its own. Together their rays are to make no more than half of the
@@ -40,8 +38,8 @@ impl Run<'_> {
             .enumerate()
             .map(|(i, bed)| {
                 let sum = trace::scene_sha256(&bed.scene, &bed.path)?;
-                let spectra = trace::materials(&bed.scene, &bed.path)?;
-                let air = trace::air(&bed.scene, &bed.path, &grid.wavelengths_um())?;
+                let spectra = materials::materials(&bed.scene, &bed.path)?;
+                let air = air::air(&bed.scene, &bed.path, &grid.wavelengths_um())?;
                 let made_from = (program(), &sum, bed.scene.seed, &spectra, &air, grid, &target);
                 let what = if number == 1 { "paths".into() } else { format!("packing {}", i + 1) };
                 let made = cache.stage("trace", &made_from, |folder| {

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::support::error::Failure;
+
 /// A file of radiances cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum RadiometryError {
@@ -56,9 +58,8 @@ pub enum RadiometryError {
     },
 }
 
-impl RadiometryError {
-    /// What the user can do about it.
-    pub fn hint(&self) -> Option<String> {
+impl Failure for RadiometryError {
+    fn hint(&self) -> Option<String> {
         match self {
             Self::Read { .. } => None,
             Self::Form { .. } => {

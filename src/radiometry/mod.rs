@@ -3,6 +3,7 @@
 //!
 //! Spectral radiance is in W m-2 sr-1 um-1 throughout, wavelengths in um, temperatures in K.
 
+pub mod air;
 mod atmosphere;
 mod columns;
 mod equations;

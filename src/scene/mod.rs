@@ -6,10 +6,12 @@
 //! are not known are refused, so that a misspelt key cannot pass for a default.
 
 mod check;
+mod grid;
 mod packing;
 mod packing_check;
 mod placed;
 mod sensor;
+pub mod shipped;
 mod sky;
 mod source;
 
@@ -19,7 +21,10 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::support::error::Failure;
 use check::{Checked, need, temperature, unique};
+
+pub use grid::Grid;
 pub use packing::{
     Collision, Cover, Drop, Dust, FineClass, Fines, FromLibrary, GrainClass, Packing, Shape,
     ShapeSource,
@@ -78,9 +83,8 @@ pub enum SceneError {
     },
 }
 
-impl SceneError {
-    /// What the user can do about it.
-    pub fn hint(&self) -> Option<String> {
+impl Failure for SceneError {
+    fn hint(&self) -> Option<String> {
         Some(match self {
             Self::Form { .. } => {
                 "`soilsig schema scene` prints the format; docs/scene.md explains it".into()

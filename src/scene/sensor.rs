@@ -141,7 +141,7 @@ impl Sensor {
                     }
                     SensorBands::File(_) => {}
                     SensorBands::Grid { from_um, to_um, step_um, fwhm_um } => {
-                        crate::signature::Grid::new(from_um, to_um, step_um)
+                        crate::scene::Grid::new(from_um, to_um, step_um)
                             .map_err(|problem| (at("grid"), problem))?;
                         positive(fwhm_um, &at("grid.fwhm_um"))?;
                     }

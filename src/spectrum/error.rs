@@ -2,10 +2,9 @@
 
 use std::path::PathBuf;
 
-use crate::table::TableError;
-
 use super::shipped::{POWDERS, QUARTZ_SETS};
-use crate::envi::EnviError;
+use crate::support::envi::EnviError;
+use crate::support::error::Failure;
 
 /// A spectrum cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -73,17 +72,6 @@ pub enum SpectrumError {
         /// Least and greatest wavelength held, um.
         held_um: [f64; 2],
     },
-    /// A table is none of a pure bed.
-    #[error("{}: {problem}", path.display())]
-    PureBed {
-        /// The table.
-        path: PathBuf,
-        /// What is wrong.
-        problem: String,
-    },
-    /// The table of a pure bed cannot be used.
-    #[error("pure bed: {0}")]
-    PureBedTable(TableError),
     /// A powder's emissivity that no facet can make.
     #[error(
         "no facet makes a bed have the emissivity {emissivity:.4} of {of} at {wavelength_um} um: with white facets the \
@@ -114,9 +102,8 @@ pub enum SpectrumError {
     },
 }
 
-impl SpectrumError {
-    /// What the user can do about it.
-    pub fn hint(&self) -> Option<String> {
+impl Failure for SpectrumError {
+    fn hint(&self) -> Option<String> {
         Some(match self {
             Self::Unknown(_) => format!("there are {}", POWDERS.map(|(name, _)| name).join(", ")),
             Self::UnknownConstants(_) => {
@@ -141,12 +128,6 @@ impl SpectrumError {
             Self::Range { held_um, .. } => {
                 format!("ask for a range within it: --range {}-{}", held_um[0], held_um[1])
             }
-            Self::PureBed { .. } => {
-                "trace a bed of one material whose spectrum is a constant, 0.05 say: \
-                                     docs/chemistry.md"
-                    .into()
-            }
-            Self::PureBedTable(error) => return error.hint(),
             Self::NoFacet { .. } => {
                 "trace the pure bed with facets of a lower emissivity: paths are followed longer \
                                      then, and fewer are given up"

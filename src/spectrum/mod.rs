@@ -1,21 +1,20 @@
 //! Emissivity of a facet against wavelength, and where it comes from.
 
 mod error;
+pub mod features;
 pub mod format;
 mod mode;
+pub mod optics;
 mod pure_bed;
 pub mod resample;
 mod shipped;
 mod tabulated;
 
 use std::fmt;
-use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::optics::{PowderForm, UniaxialCrystal};
-use crate::scene::{Inverted, SpectrumSource};
-use format::Reading;
+use crate::spectrum::optics::{PowderForm, UniaxialCrystal};
 
 pub use error::SpectrumError;
 pub use mode::{FacetSource, Mode};
@@ -113,28 +112,6 @@ impl fmt::Display for Spectrum {
 }
 
 impl Spectrum {
-    /// Gets the spectrum that a scene names; files are relative to `folder`.
-    pub fn resolve(source: &SpectrumSource, folder: &Path) -> Result<Self, SpectrumError> {
-        match source {
-            SpectrumSource::Builtin(name) => Self::builtin(name),
-            SpectrumSource::Constant(value) => Ok(Self::Constant(*value)),
-            SpectrumSource::File(path) => {
-                format::read_one(&folder.join(path), &Reading::default()).map(Self::Tabulated)
-            }
-            SpectrumSource::Fresnel(name) => Self::fresnel(name),
-            SpectrumSource::Inverted(Inverted { spectrum, pure_bed }) => {
-                let powder = Box::new(Self::resolve(spectrum, folder)?);
-                let tables: Vec<PathBuf> = pure_bed.iter().map(|path| folder.join(path)).collect();
-                let pure_bed = if tables.is_empty() {
-                    shipped::pure_bed().clone()
-                } else {
-                    PureBed::read(&tables)?
-                };
-                Ok(Self::Inverted(powder, pure_bed))
-            }
-        }
-    }
-
     /// Facets that reflect specularly by shipped optical constants.
     pub fn fresnel(constants: &str) -> Result<Self, SpectrumError> {
         Ok(Self::Fresnel(constants.to_owned(), crystal(constants)?))
@@ -266,6 +243,7 @@ impl Spectrum {
 
 #[cfg(test)]
 mod tests {
+    use super::format::Reading;
     use super::*;
 
     fn csv(content: &str) -> Result<Tabulated, SpectrumError> {
@@ -318,7 +296,7 @@ mod tests {
         let fresnel = Spectrum::fresnel("quartz").expect("shipped");
         let at = |cosine| fresnel.reflectance_at(9.0, cosine).expect("in range");
         assert!(fresnel.is_angular() && at(0.0) > at(0.5) && at(0.5) > at(1.0));
-        let mean = crate::optics::hemispherical_mean(at);
+        let mean = crate::spectrum::optics::hemispherical_mean(at);
         assert!((fresnel.emissivity(9.0).expect("in range") + mean - 1.0).abs() < 1e-12);
         for um in [6.99, 14.01] {
             for outside in [fresnel.emissivity(um), fresnel.reflectance_at(um, 1.0)] {

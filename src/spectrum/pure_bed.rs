@@ -1,14 +1,6 @@
 //! A bed of one powder alone: what it makes of the reflectance of its facets, and the way back.
 
-use std::path::PathBuf;
-
 use serde::{Deserialize, Serialize};
-
-use super::SpectrumError;
-use crate::histogram::Mean;
-use crate::packings::Estimate;
-use crate::table::Table;
-use crate::tally::Kept;
 
 /// Halvings of the interval from 0 to 1 that leave nothing between two neighbouring numbers above .001.
 const HALVINGS: u32 = 64;
@@ -33,62 +25,9 @@ pub struct PureBed {
 }
 
 impl PureBed {
-    /// Reads the bounce tables of one bed or of several packings of one.
-    ///
-    /// # Errors
-    /// Tables that cannot be read, of more than one material, or of other than Lambertian facets.
-    pub fn read(tables: &[PathBuf]) -> Result<Self, SpectrumError> {
-        let beds = Table::read_packings(tables).map_err(SpectrumError::PureBedTable)?;
-        for (table, path) in beds.iter().zip(tables) {
-            let problem = if table.materials.len() != 1 {
-                format!(
-                    "a pure bed is of one material, its floor too, not of {}",
-                    table.materials.len()
-                )
-            } else if table.histogram.kept != Kept::PLAIN || table.materials[0].specular != 0.0 {
-                "the facets of a pure bed are Lambertian, of one temperature under an isotropic sky"
-                    .into()
-            } else {
-                continue;
-            };
-            return Err(SpectrumError::PureBed { path: path.clone(), problem });
-        }
-        let name = &beds[0].scene;
-        let title = match beds.len() {
-            1 => format!("{name}, one bed"),
-            n => format!("{name}, the mean of {n} packings"),
-        };
-        let bed = Self::of(title, &beds);
-        match bed.problem() {
-            Some(problem) => Err(SpectrumError::PureBed { path: tables[0].clone(), problem }),
-            None => Ok(bed),
-        }
-    }
-
-    /// The mean of beds that all are of one material.
-    fn of(title: String, beds: &[Table]) -> Self {
-        let (mut escaped, mut given_up) = (Vec::new(), Vec::new());
-        for bed in beds {
-            let states =
-                [(&mut escaped, &bed.histogram.escaped), (&mut given_up, &bed.histogram.trapped)];
-            let all = bed.histogram.paths() * bed.histogram.parts as f64;
-            for (shares, of) in states {
-                for (state, counts) in of {
-                    let hits = usize::from(state[0]);
-                    if shares.len() <= hits {
-                        shares.resize(hits + 1, 0.0);
-                    }
-                    shares[hits] += count(counts) as f64 / all / beds.len() as f64;
-                }
-            }
-        }
-        let error = |percent: u32| {
-            let facet = [f64::from(percent) / 100.0];
-            let means: Vec<Mean> = beds.iter().map(|bed| bed.weight(&facet)).collect();
-            Estimate::of(&means).standard_error
-        };
-        let standard_error = (0..=100).map(error).fold(0.0, f64::max);
-        Self { title, escaped, given_up, standard_error }
+    /// The shipped pure bed.
+    pub fn shipped() -> &'static Self {
+        super::shipped::pure_bed()
     }
 
     /// The bed's reflectance for that of its facets, 0 to 1. Paths that were given up count with half of what they may
@@ -119,14 +58,10 @@ impl PureBed {
 
     /// What makes it no bed: it may have been written by other hands. Shares of paths make 1 but for what Russian roulette
     /// happened to end or add.
-    pub(super) fn problem(&self) -> Option<String> {
+    pub(crate) fn problem(&self) -> Option<String> {
         let shares = || self.escaped.iter().chain(&self.given_up);
         let sum: f64 = shares().sum();
         (!shares().all(|share| (0.0..=1.0).contains(share)) || (sum - 1.0).abs() > BY_CHANCE)
             .then(|| format!("the shares of paths of the pure bed {} do not make 1", self.title))
     }
-}
-
-fn count(counts: &[(u16, i64)]) -> i64 {
-    counts.iter().map(|(_, count)| count).sum()
 }

@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use super::{PureBed, Spectrum, SpectrumError};
-use crate::optics::{PowderForm, PowderParameters, UniaxialCrystal};
+use crate::spectrum::optics::{PowderForm, PowderParameters, UniaxialCrystal};
 
 /// Names of the shipped powders, each with its file.
 pub(super) const POWDERS: [(&str, &str); 3] = [

@@ -7,10 +7,11 @@ use serde::Deserialize;
 
 use super::{FORMAT, Table, TableMaterial};
 use crate::histogram::Histogram;
-use crate::output::{self, OutputError};
-use crate::random::GROUPS;
+use crate::histogram::tally::CELLS;
 use crate::scene::Sky;
-use crate::tally::CELLS;
+use crate::support::error::Failure;
+use crate::support::output::{self, OutputError};
+use crate::support::random::GROUPS;
 
 /// A table cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -52,9 +53,8 @@ pub enum TableError {
     Empty,
 }
 
-impl TableError {
-    /// What the user can do about it.
-    pub fn hint(&self) -> Option<String> {
+impl Failure for TableError {
+    fn hint(&self) -> Option<String> {
         Some(match self {
             Self::Form { .. } => "make it again: `soilsig trace SCENE --out table.json`".into(),
             Self::Empty => "compare the scene's domain with where its instances stand".into(),

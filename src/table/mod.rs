@@ -1,23 +1,30 @@
 //! The bounce table: everything that spectra, temperatures and sky need to know of a traced bed.
 
+pub mod cover;
+pub mod field;
 mod file;
+pub mod materials;
+pub mod merge;
+pub mod remark;
+pub mod stop;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use crate::coverage::Cover;
-use crate::error::Error;
+use crate::histogram::tally::{ByCell, Tally};
 use crate::histogram::{Histogram, Mean};
-use crate::in_field::InField;
 use crate::radiometry::{self, Atmosphere, Lit, RadiometryError, SkyTable, Temperature};
-use crate::remarks::Remark;
 use crate::scene::{Sky, View};
-use crate::signature::{Grid, reflectances};
 use crate::spectrum::{Spectrum, SpectrumError};
-use crate::stop::{Sureness, Target};
-use crate::tally::{ByCell, Tally};
+use crate::support::error::Error;
+use crate::table::cover::Cover;
+use crate::table::field::InField;
+use crate::table::materials::reflectances;
+use crate::table::remark::Remark;
+
 pub use file::TableError;
+pub use stop::{Ended, Part, Stop, Sureness, Target};
 
 /// The format's version, the value of `soilsig_table`.
 pub const FORMAT: u32 = 5;
@@ -147,81 +154,6 @@ pub struct Inside {
     pub from: Option<String>,
     /// How many.
     pub paths: u64,
-}
-
-/// What was asked of the trace and what it reached.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Stop {
-    /// Half-width asked for, emissivity, at 95 %.
-    pub tolerance: f64,
-    /// The bands that were to reach it.
-    pub grid: Grid,
-    /// Most paths that were allowed; `None` where exactly so many were asked for.
-    pub max_paths: Option<u64>,
-    /// What ended the trace.
-    pub ended_by: Ended,
-    /// How many paths the whole trace has, of which this table may hold a part.
-    pub wanted: u64,
-    /// Widest half-width of any of the bands.
-    pub half_width: f64,
-    /// Where it is, um.
-    pub widest_at_um: f64,
-    /// Whether the tolerance was reached.
-    pub reached: bool,
-    /// What of the half-width paths that were given up leave open: more paths do not lessen it.
-    pub trapped: f64,
-    /// Weight, with all that it stood for, below which a path was given up: in none of the bands could it bring more to the sky.
-    pub least_weight: f64,
-}
-
-/// What ends a trace.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Ended {
-    /// The tolerance was reached.
-    Tolerance,
-    /// More paths would not help: those that were given up leave too much open.
-    Trapped,
-    /// All paths that were allowed are traced.
-    MaxPaths,
-    /// The time that was allowed is over.
-    MaxSeconds,
-    /// As many paths as were asked for are traced, whatever they reach.
-    Paths,
-    /// It was interrupted, or is still under way.
-    Interrupted,
-}
-
-impl Stop {
-    /// Of a trace that has still to begin.
-    pub fn new(target: &Target, grid: Grid) -> Self {
-        Self {
-            tolerance: target.tolerance,
-            max_paths: target.exactly.is_none().then_some(target.max_paths),
-            widest_at_um: grid.wavelengths_um()[0],
-            grid,
-            ended_by: Ended::Interrupted,
-            wanted: 0,
-            half_width: 1.0,
-            reached: false,
-            trapped: 0.0,
-            least_weight: target.least_weight,
-        }
-    }
-
-    /// What was asked, without what came of it.
-    fn asked(&self) -> Self {
-        Self {
-            widest_at_um: self.grid.wavelengths_um()[0],
-            ended_by: Ended::Interrupted,
-            wanted: 0,
-            half_width: 1.0,
-            reached: false,
-            trapped: 0.0,
-            ..self.clone()
-        }
-    }
 }
 
 impl Table {

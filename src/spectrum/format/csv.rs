@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::{Quantity, Reading, Tabulated, Unit, refuse_transmission, row, text, wrong};
-use crate::error::Error;
-use crate::output;
 use crate::spectrum::SpectrumError;
+use crate::support::error::Error;
+use crate::support::output;
 
 /// Columns are parted by commas, semicolons or white space. Lines that start with # are left out; a
 /// heading may come first.

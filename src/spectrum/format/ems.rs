@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::{Quantity, Reading, Tabulated, Unit, number, row, text, wrong};
-use crate::error::Error;
-use crate::output;
 use crate::spectrum::SpectrumError;
 use crate::spectrum::tabulated::Warning;
+use crate::support::error::Error;
+use crate::support::output;
 
 /// Weights for 0 to 90 degrees.
 const WEIGHTS: usize = 91;

@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::{Quantity, Reading, Row, Tabulated, Unit, refuse_transmission, unless_deleted};
-use crate::envi::{self, Header};
-use crate::error::Error;
-use crate::output;
 use crate::spectrum::SpectrumError;
 use crate::spectrum::tabulated::Warning;
+use crate::support::envi::{self, Header};
+use crate::support::error::Error;
+use crate::support::output;
 
 /// Reads every spectrum of a library; `path` is the .sli or its .hdr.
 pub(super) fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, SpectrumError> {

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use super::tabulated::{Quantity, Row, Tabulated};
 use super::{Spectrum, SpectrumError};
-use crate::error::Error;
+use crate::support::error::Error;
 
 /// What a figure with curves of the ECOSTRESS library has to carry.
 pub const ECOSTRESS_CREDIT: &str = "Library spectra: reproduced from the ECOSTRESS Spectral Library through the courtesy \
@@ -182,7 +182,7 @@ fn ending(path: &Path) -> String {
 fn text(path: &Path) -> Result<String, SpectrumError> {
     let bytes =
         fs::read(path).map_err(|source| SpectrumError::Read { path: path.to_owned(), source })?;
-    Ok(crate::envi::text(bytes))
+    Ok(crate::support::envi::text(bytes))
 }
 
 /// Whether a label says transmission, in any of the spellings that libraries have.

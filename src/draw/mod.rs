@@ -1,0 +1,4 @@
+//! Charts and pictures.
+
+pub mod picture;
+pub mod plot;

@@ -1,0 +1,74 @@
+//! One dusty grain: the paper's Fig. 3(a).
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::canvas::{Canvas, Ground, TEXT, scale_bar};
+use super::patch::{PAPER, framed};
+use super::render::{Style, colour, render};
+use super::stage::Stage;
+use super::{Look, PictureError, Source};
+use crate::draw::plot::svg::{Anchor, Svg, text_width};
+use crate::scene::{Placed, Scene, SceneGeometry};
+use crate::support::error::Error;
+use crate::support::output;
+
+/// Height of the line below a picture, pixels.
+pub(super) const FOOT: usize = 36;
+
+/// Draws a prototype of a placed scene, the first one if none is named.
+pub fn grain(
+    source: &Source,
+    prototype: Option<&str>,
+    look: Look,
+    path: &Path,
+) -> Result<(), Error> {
+    let placed = source.scene.placed(&source.path)?;
+    let names = || placed.prototypes.iter().map(|prototype| prototype.name.as_str());
+    let chosen = match prototype {
+        None => placed.prototypes.first(),
+        Some(name) => placed.prototypes.iter().find(|prototype| prototype.name == name),
+    };
+    let chosen = chosen.ok_or_else(|| PictureError::NoPrototype {
+        scene: source.path.clone(),
+        wanted: prototype.unwrap_or_default().to_owned(),
+        known: names().collect::<Vec<_>>().join(", "),
+    })?;
+    let alone = Placed { prototypes: vec![chosen.clone()], instances: None, domain: None };
+    let scene = Scene { geometry: SceneGeometry::Placed(alone), ..source.scene.clone() };
+    let bed = Source { scene, path: source.path.clone() }.bed()?;
+    let to_eye = look.to_eye();
+    // A lamp on all sides that the eye can see.
+    let zenith = (DVec3::Z + to_eye).try_normalize().unwrap_or(to_eye);
+    let style = Style { rays: 3, sky: 63, zenith, background: PAPER };
+    let stage = Stage::new(&bed.meshes, &bed.placements, None);
+    let rendered = render(&stage, &framed(&bed, to_eye), look.width_px, &style)?;
+    let picture = rendered.canvas;
+    let mut canvas = Canvas::new(picture.width, picture.height + FOOT, [255; 3]);
+    canvas.paste((0, 0), &picture);
+    let (width, height) = (picture.width as f64, picture.height as f64);
+    canvas.annotate(|svg| {
+        let width_um = width * rendered.pixel_um;
+        scale_bar(svg, (12.0, height - 4.0), width_um, rendered.pixel_um, Ground::Paper);
+        let line = height + 24.0;
+        svg.text((12.0, line), Anchor::Start, TEXT, &chosen.name);
+        legend(svg, (width - 12.0, line), &source.scene, &rendered.shares);
+    })?;
+    Ok(output::bytes(path, &canvas.png(rendered.pixel_um))?)
+}
+
+/// The materials that are seen, with their colours, up to the right end of a line.
+pub(super) fn legend(svg: &mut Svg, (mut right, line): (f64, f64), scene: &Scene, shares: &[f64]) {
+    for (number, material) in scene.materials.iter().enumerate().rev() {
+        if shares.get(number).is_none_or(|share| *share == 0.0) {
+            continue;
+        }
+        right -= text_width(&material.name, TEXT);
+        svg.text((right, line), Anchor::Start, TEXT, &material.name);
+        let [r, g, b] = colour(number).map(|level| (255.0 * level).round());
+        let fill = format!("fill='rgb({r},{g},{b})' stroke='#555555' stroke-width='1'");
+        svg.rectangle((right - 20.0, line - 12.0), (14.0, 14.0), &fill);
+        right -= 36.0;
+    }
+}

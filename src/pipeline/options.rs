@@ -1,0 +1,68 @@
+//! What a run of the pipeline is asked for.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use crate::scene::Grid;
+
+/// What is to be run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// A shipped scene by its coverage: `full`, `less`, `sparse`, `bare`; `all` of them; or the share of the
+    /// grains' silhouettes to be covered with fines, 0 to 1.
+    Coverage(String),
+    /// A scene file, packing or placed.
+    Scene(PathBuf),
+}
+
+/// Everything that a run depends on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Options {
+    /// The scene.
+    pub source: Source,
+    /// The user's grains, in place of the shapes that are their size classes.
+    #[serde(default)]
+    pub grains: Option<PathBuf>,
+    /// In place of the scene's seeds, of packing and rays both.
+    pub seed: Option<u64>,
+    /// How many packings are dropped.
+    pub packings: HowMany,
+    /// Particles of the field that each packing is to be a patch of; `None` for the packing within mirror sides.
+    pub field: Option<f64>,
+    /// Half-width of the 95 % interval that every band is to reach: of several packings their mean.
+    pub tolerance: f64,
+    /// Most paths for a packing.
+    pub max_paths: u64,
+    /// Longest that the trace of a packing may take, seconds.
+    #[serde(default)]
+    pub max_seconds: Option<f64>,
+    /// The bands.
+    pub grid: Grid,
+    /// Whether the settled patch is exported flat as well.
+    pub patch_obj: bool,
+    /// The Blender to use.
+    pub blender: Option<PathBuf>,
+    /// Longest that Blender may take, seconds.
+    pub blender_timeout_s: u64,
+}
+
+/// How many packings are dropped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum HowMany {
+    /// So many.
+    Number(usize),
+    /// As many as the tolerance takes.
+    Planned(Auto),
+}
+
+/// The word for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Auto {
+    /// As many as the tolerance takes.
+    Auto,
+}

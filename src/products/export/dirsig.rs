@@ -1,0 +1,87 @@
+//! A scene as a DIRSIG bundle: meshes (.obj), where they stand (.odb), what they are made of (.mat) and its emissivity (.ems).
+//!
+//! Lengths are metres there. A face names its material by the number that the .mat file gives it.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use glam::{DAffine3, Vec3};
+
+use super::{Exported, FLOOR_UM, matrix, parts};
+use crate::spectrum::format;
+use crate::support::error::Error;
+use crate::support::output;
+
+const METRE_UM: f64 = 1e6;
+
+/// Bounces that the .mat file asks for: a documented example has 2, which loses what deep pores send back.
+const MAX_BOUNCES: u32 = 16;
+
+pub(super) fn write(exported: &Exported, wavelengths_um: &[f64], out: &Path) -> Result<(), Error> {
+    let Exported { scene, bed, materials } = exported;
+    let mut mat = String::new();
+    for (number, (material, of_scene)) in materials.iter().zip(&scene.materials).enumerate() {
+        let id = number + 1;
+        let curve = format::sampled(&material.spectrum, wavelengths_um)?;
+        let curves = [(material.name.clone(), curve)];
+        format::write(&out.join(format!("material_{id}.ems")), wavelengths_um, &curves)?;
+        let _ = write!(
+            mat,
+            "MATERIAL_ENTRY {{\n    NAME = {}\n    ID = {id}\n    DOUBLE_SIDED = TRUE\n    \
+             SURFACE_PROPERTIES {{\n        EMISSIVITY_PROP_NAME = ClassicEmissivity\n        \
+             EMISSIVITY_PROP {{\n            FILENAME = material_{id}.ems\n            \
+             SPECULAR_FRACTION = {}\n        }}\n    }}\n    RAD_SOLVER_NAME = Generic\n    \
+             RAD_SOLVER {{\n        INITIAL_SAMPLE_COUNT = 100\n        MAX_BOUNCES = {MAX_BOUNCES}\n        \
+             SAMPLE_DECAY_RATE = 1\n    }}\n    TEMP_SOLVER_NAME = Fixed\n    \
+             TEMP_SOLVER {{\n        TEMPERATURE = {}\n    }}\n}}\n",
+            material.name,
+            material.specular,
+            scene.temperature_of(of_scene),
+        );
+    }
+    let mut odb = String::from("DIRSIG_ODB = 1.0\n");
+    let mut object = |file: &str, places: &mut dyn Iterator<Item = [f64; 16]>| {
+        let _ = writeln!(
+            odb,
+            "OBJECT {{\n    OBJ_FILENAME = {file}\n    UNITS = METERS\n    INSTANCES {{"
+        );
+        for place in places {
+            let numbers: Vec<String> = place.iter().map(ToString::to_string).collect();
+            let _ = writeln!(odb, "        INFO = {}", numbers.join(", "));
+        }
+        odb.push_str("    }\n}\n");
+    };
+    for (number, mesh) in bed.meshes.iter().enumerate() {
+        let file = format!("mesh_{number}.obj");
+        let parts = parts(mesh, materials.len());
+        output::bytes(&out.join(&file), obj_text(&mesh.name, &mesh.vertices, &parts).as_bytes())?;
+        let places = bed.placements.iter().filter(|place| place.mesh == number);
+        object(&file, &mut places.map(|place| matrix(&place.to_scene, METRE_UM)));
+    }
+    if let Some((z_um, material)) = bed.domain.floor {
+        let far = FLOOR_UM as f32;
+        let corners = [[-far, -far], [far, -far], [far, far], [-far, far]];
+        let corners = corners.map(|[x, y]| Vec3::new(x, y, 0.0));
+        let parts = [(usize::from(material), vec![[0, 1, 2], [0, 2, 3]])];
+        output::bytes(&out.join("floor.obj"), obj_text("floor", &corners, &parts).as_bytes())?;
+        let place = DAffine3::from_translation(glam::DVec3::new(0.0, 0.0, z_um));
+        object("floor.obj", &mut std::iter::once(matrix(&place, METRE_UM)));
+    }
+    output::bytes(&out.join("scene.mat"), mat.as_bytes())?;
+    Ok(output::bytes(&out.join("scene.odb"), odb.as_bytes())?)
+}
+
+fn obj_text(name: &str, vertices: &[Vec3], parts: &[(usize, Vec<[u32; 3]>)]) -> String {
+    let mut text = format!("o {}\n", name.replace(char::is_whitespace, "_"));
+    for vertex in vertices {
+        let [x, y, z] = (vertex.as_dvec3() / METRE_UM).to_array();
+        let _ = writeln!(text, "v {x:.12} {y:.12} {z:.12}");
+    }
+    for (material, triangles) in parts {
+        let _ = writeln!(text, "usemtl {}", material + 1);
+        for [a, b, c] in triangles.iter().map(|corners| corners.map(|corner| corner + 1)) {
+            let _ = writeln!(text, "f {a} {b} {c}");
+        }
+    }
+    text
+}

@@ -1,0 +1,269 @@
+//! Bare grains of every shape: what was asked of them, what they measure, and their picture.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use crate::blender::{self, BlenderError, Event, Job};
+use crate::draw::plot::{self, Row, Solid};
+use crate::support::cache::Cache;
+use crate::support::error::Error;
+use crate::support::output;
+use crate::support::progress::Step;
+
+/// What is to be modelled.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Seed of the shapes; that of a shipped scene gives the scene's bodies.
+    pub seed: u64,
+    /// Bodies of each shape.
+    pub variants: u32,
+    /// The Blender to use.
+    pub blender: Option<PathBuf>,
+    /// Longest that Blender may take, seconds.
+    pub blender_timeout_s: u64,
+}
+
+/// `grains.json`: every shape and its bodies.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Report {
+    /// Version of the format: 1.
+    pub soilsig_grains: u32,
+    /// Seed of the shapes.
+    pub seed: u64,
+    /// Blender, its Python and numpy.
+    pub versions: BTreeMap<String, String>,
+    /// How far a body may be from what is asked.
+    pub tolerance: Descriptors,
+    /// Standard deviation of the Gaussian along a silhouette over which its turning is averaged, as a share
+    /// of its perimeter.
+    pub roundness_resolution: f64,
+    /// The shapes.
+    pub shapes: Vec<Shape>,
+}
+
+/// A shape of `blender_scripts/soilsig_blender/shapes.py`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Shape {
+    /// Its name in scene files.
+    pub name: String,
+    /// Diameter of the sphere of the bodies' volume, um.
+    pub diameter_um: f64,
+    /// What a body is to measure.
+    pub asked: Descriptors,
+    /// The variants.
+    pub bodies: Vec<Body>,
+}
+
+/// One modelled body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Its name in `grains.obj`.
+    pub name: String,
+    /// What it measures.
+    pub reached: Descriptors,
+    /// Powers' class of its roundness.
+    pub roundness_class: String,
+    /// Feret diameters L, I and S, um.
+    pub feret_um: [f64; 3],
+    /// Volume, um3.
+    pub volume_um3: f64,
+    /// Planar facets.
+    pub facets: u32,
+    /// Triangles of those facets.
+    pub triangles: u32,
+    /// What it was found to be: closed, outward, convex.
+    pub checks: Vec<String>,
+}
+
+/// Descriptors of a shape by the definitions of the sand-grain literature (docs/geometry.md).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Descriptors {
+    /// I/L.
+    pub elongation: f64,
+    /// S/I.
+    pub flatness: f64,
+    /// Wadell's: surface of the sphere of equal volume over that of the body.
+    pub sphericity: f64,
+    /// Wadell's: mean radius of the corners of a silhouette over that of its largest inscribed circle.
+    pub roundness: f64,
+}
+
+impl Descriptors {
+    /// All of them with their names.
+    pub fn named(&self) -> [(&'static str, f64); 4] {
+        [
+            ("elongation I/L", self.elongation),
+            ("flatness S/I", self.flatness),
+            ("sphericity", self.sphericity),
+            ("roundness", self.roundness),
+        ]
+    }
+}
+
+impl Shape {
+    /// Mean, least and most of each descriptor over the bodies, in the order of [`Descriptors::named`].
+    pub fn reached(&self) -> [[f64; 3]; 4] {
+        std::array::from_fn(|i| {
+            let values = self.bodies.iter().map(|body| body.reached.named()[i].1);
+            let mean = values.clone().sum::<f64>() / self.bodies.len() as f64;
+            [mean, values.clone().fold(f64::MAX, f64::min), values.fold(f64::MIN, f64::max)]
+        })
+    }
+
+    /// Powers' classes of the bodies, each once.
+    fn classes(&self) -> String {
+        let mut classes: Vec<&str> = self.bodies.iter().map(|b| &*b.roundness_class).collect();
+        classes.sort_unstable();
+        classes.dedup();
+        classes.join(", ")
+    }
+}
+
+impl Report {
+    /// The table of what was asked and reached.
+    pub fn words(&self) -> String {
+        let mut text = format!(
+            "{:<11} {:<15} {:>6} {:>6} {:>7} {:>7} {:>7}\n",
+            "shape", "descriptor", "asked", "+-", "mean", "least", "most"
+        );
+        for shape in &self.shapes {
+            let rows = shape.asked.named().into_iter().zip(self.tolerance.named());
+            for (number, (((descriptor, asked), (_, within)), [mean, least, most])) in
+                rows.zip(shape.reached()).enumerate()
+            {
+                let name = if number == 0 { shape.name.as_str() } else { "" };
+                let class = if descriptor == "roundness" {
+                    format!("  {}", shape.classes())
+                } else {
+                    String::new()
+                };
+                let _ = writeln!(
+                    text,
+                    "{name:<11} {descriptor:<15} {asked:>6.2} {within:>6.2} {mean:>7.3} \
+                     {least:>7.3} {most:>7.3}{class}"
+                );
+            }
+            let range = |of: fn(&Body) -> u32| {
+                let counts = shape.bodies.iter().map(of);
+                match (counts.clone().min(), counts.max()) {
+                    (Some(least), Some(most)) if least < most => format!("{least}-{most}"),
+                    (least, _) => least.unwrap_or(0).to_string(),
+                }
+            };
+            let checks = shape.bodies.first().map_or(String::new(), |body| body.checks.join(", "));
+            let count = shape.bodies.len();
+            let (facets, triangles) = (range(|b| b.facets), range(|b| b.triangles));
+            let _ = writeln!(
+                text,
+                "{:<11} {count} bodies, all {checks}; {facets} facets, {triangles} triangles each",
+                ""
+            );
+        }
+        text
+    }
+}
+
+/// Models the grains in Blender, measures them and draws them: `grains.json`, `.obj`, `.svg` and `.png` in `out`.
+pub fn make(options: &Options, out: &Path, cache: &Cache) -> Result<Report, Error> {
+    output::folder(out)?;
+    let step = Step::new("grains");
+    let blender = blender::find(options.blender.as_deref(), cache.blenders())?;
+    if let Some(warning) = blender.warning() {
+        step.say(&format!("warning: {warning}"));
+    }
+    let scripts = blender::scripts_sha256();
+    let Options { seed, variants, .. } = options;
+    let made_from = (seed, variants, &blender.version, &blender.python, &blender.numpy, scripts);
+    let log = out.join("blender.log");
+    let made = cache.stage("grains", &made_from, |folder| {
+        let args = vec![
+            "--seed".into(),
+            seed.to_string().into(),
+            "--variants".into(),
+            variants.to_string().into(),
+        ];
+        let time_limit = Duration::from_secs(options.blender_timeout_s);
+        let job = Job { script: "grains.py", args, out: folder, log: &log, time_limit };
+        blender.run(&job, &mut |event| match event {
+            Event::Progress { stage, done, total } => step.at(*done, *total, stage),
+            Event::Warning { message } => step.say(&format!("warning: {message}")),
+            _ => {}
+        })?;
+        Ok(output::copy(&log, &folder.join("blender.log"))?)
+    })?;
+    for file in &made.files {
+        output::copy(&made.folder.join(file), &out.join(file))?;
+    }
+    let unusable = |problem| BlenderError::Script {
+        message: format!("what grains.py wrote cannot be used: {problem}"),
+        remedy: None,
+        log: log.clone(),
+    };
+    let report = read(&out.join("grains.json")).map_err(unusable)?;
+    let solids = solids(&out.join("grains.obj")).map_err(unusable)?;
+    let svg = picture(&report, &solids).map_err(unusable)?;
+    output::bytes(&out.join("grains.svg"), svg.as_bytes())?;
+    output::bytes(&out.join("grains.png"), &plot::png(&svg, plot::PIXELS_PER_UNIT)?)?;
+    step.done(if made.cached { "from the cache" } else { "Blender" });
+    Ok(report)
+}
+
+fn read(path: &Path) -> Result<Report, String> {
+    let text = fs::read_to_string(path).map_err(|error| error.to_string())?;
+    let report: Report = serde_json::from_str(&text).map_err(|error| error.to_string())?;
+    match report.shapes.iter().find(|shape| shape.bodies.is_empty()) {
+        Some(shape) => Err(format!("{} has no body", shape.name)),
+        None => Ok(report),
+    }
+}
+
+/// The bodies of `grains.obj` by name.
+fn solids(path: &Path) -> Result<BTreeMap<String, Solid>, String> {
+    let problem = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+    let (models, _) =
+        tobj::load_obj(path, &tobj::LoadOptions::default()).map_err(|error| problem(&error))?;
+    let mut solids = BTreeMap::new();
+    for tobj::Model { mesh, name } in models {
+        let vertices_um = mesh.positions.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
+        let mut corners = mesh.indices.iter().map(|&corner| corner as usize);
+        let facets = mesh
+            .face_arities
+            .iter()
+            .map(|&sides| corners.by_ref().take(sides as usize).collect())
+            .collect();
+        solids.insert(name, Solid { vertices_um, facets });
+    }
+    Ok(solids)
+}
+
+/// Each shape from three sides and in its variants, as SVG.
+fn picture(report: &Report, solids: &BTreeMap<String, Solid>) -> Result<String, String> {
+    let rows = report.shapes.iter().map(|shape| {
+        let bodies = shape.bodies.iter().map(|body| {
+            let solid = solids.get(&body.name).cloned();
+            solid.ok_or_else(|| format!("grains.obj has no {}", body.name))
+        });
+        let Descriptors { elongation, flatness, sphericity, roundness } = shape.bodies[0].reached;
+        let class = &shape.bodies[0].roundness_class;
+        Ok(Row {
+            name: shape.name.clone(),
+            lines: vec![
+                format!("I/L {elongation:.2}, S/I {flatness:.2}"),
+                format!("sphericity {sphericity:.2}"),
+                format!("roundness {roundness:.2}: {class}"),
+            ],
+            solids: bodies.collect::<Result<_, String>>()?,
+        })
+    });
+    let title = format!("Quartz shapes, seed {}", report.seed);
+    Ok(plot::bodies_svg(&title, &rows.collect::<Result<Vec<_>, String>>()?))
+}

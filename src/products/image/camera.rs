@@ -1,0 +1,98 @@
+//! Where the rays of each pixel start, and where they go.
+
+use glam::DVec3;
+
+use super::ImageError;
+use crate::geometry::Bed;
+use crate::scene::{Optics, Sensor, Sides};
+use crate::tracer::footprint::Footprint;
+
+/// Pixels of a line where no sensor says how many.
+const COLUMNS: f64 = 256.0;
+
+/// The focal plane and what it sees.
+pub(super) struct Camera {
+    /// Columns and lines.
+    pub pixels: [usize; 2],
+    rays: Rays,
+    to_sensor: DVec3,
+    /// Top of the bed, um.
+    top_um: f64,
+}
+
+enum Rays {
+    Parallel(Footprint),
+    /// From a point, through a rectangle at distance 1 whose lower left corner and sides these are.
+    Through {
+        point: DVec3,
+        corner: DVec3,
+        right: DVec3,
+        up: DVec3,
+    },
+}
+
+impl Camera {
+    /// The camera of a sensor, or one that sees the domain in square pixels.
+    pub(super) fn new(bed: &Bed, sensor: Option<&Sensor>) -> Result<Self, ImageError> {
+        let (domain, to_sensor) = (&bed.domain, bed.to_sensor);
+        let view = Footprint::new(domain, to_sensor);
+        let lines = (COLUMNS * view.up.length() / view.right.length()).round().clamp(1.0, 16_384.0);
+        let pixels = sensor.map_or([COLUMNS as u32, lines as u32], |sensor| sensor.pixels);
+        let middle = (domain.min_um + domain.max_um) / 2.0;
+        // Unit vectors across the line of sight, as in the open.
+        let level = DVec3::Z.cross(to_sensor);
+        let right = if level.length() > 1e-9 { level.normalize() } else { DVec3::X };
+        let up = to_sensor.cross(right);
+        let aspect = f64::from(pixels[1]) / f64::from(pixels[0]);
+        let rays = match sensor.and_then(|sensor| sensor.optics) {
+            None => Rays::Parallel(view),
+            Some(Optics::Orthographic { width_um }) => {
+                let (right, up) = (width_um * right, width_um * aspect * up);
+                Rays::Parallel(Footprint { corner: middle - (right + up) / 2.0, right, up })
+            }
+            Some(Optics::Pinhole { distance_um, field_of_view_deg }) => {
+                let point = middle + distance_um * to_sensor;
+                let within = if domain.sides == Sides::Open {
+                    point.cmpgt(domain.min_um).all() && point.cmplt(domain.max_um).all()
+                } else {
+                    point.z <= domain.max_um.z
+                };
+                if within {
+                    let height_um = point.z - domain.max_um.z;
+                    return Err(ImageError::Within { distance_um, height_um });
+                }
+                let width = 2.0 * (field_of_view_deg.to_radians() / 2.0).tan();
+                let (right, up) = (width * right, width * aspect * up);
+                Rays::Through { point, corner: -to_sensor - (right + up) / 2.0, right, up }
+            }
+        };
+        let pixels = pixels.map(|side| side as usize);
+        Ok(Self { pixels, rays, to_sensor, top_um: domain.max_um.z })
+    }
+
+    /// Origin and direction of the ray at a place of a pixel, 0 to 1 from its left and from its upper edge.
+    pub(super) fn ray(&self, [sample, line]: [usize; 2], place: [f64; 2]) -> (DVec3, DVec3) {
+        let [columns, lines] = self.pixels.map(|side| side as f64);
+        let u = (sample as f64 + place[0]) / columns;
+        let v = 1.0 - (line as f64 + place[1]) / lines;
+        match &self.rays {
+            Rays::Parallel(view) => {
+                let direction = -self.to_sensor;
+                let start = view.at([u, v]);
+                // From above all there is: beyond an open domain there may stand what hides a part of it.
+                let below_um = (self.top_um - start.z).max(0.0);
+                (start + below_um / direction.z * direction, direction)
+            }
+            Rays::Through { point, corner, right, up } => {
+                (*point, (corner + u * right + v * up).normalize())
+            }
+        }
+    }
+
+    /// Width and height of a pixel, um, where all see as much.
+    pub(super) fn pixel_um(&self) -> Option<[f64; 2]> {
+        let Rays::Parallel(view) = &self.rays else { return None };
+        let [columns, lines] = self.pixels.map(|side| side as f64);
+        Some([view.right.length() / columns, view.up.length() / lines])
+    }
+}

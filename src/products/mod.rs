@@ -1,0 +1,7 @@
+//! What is made of a bed besides its signature: images, scenes for other programs, retrievals, bare grains.
+
+pub mod cube;
+pub mod export;
+pub mod grains;
+pub mod image;
+pub mod retrieve;

@@ -1,0 +1,75 @@
+//! The scenes that the program carries, by their cover with fines, and scenes for any other cover.
+
+use std::path::Path;
+
+use crate::scene::{Cover, Fines, Packing, Scene, SceneGeometry};
+
+/// The shipped scenes, most covered first: the order of the paper's Fig. 6.
+pub const COVERAGES: [(&str, &str); 4] = [
+    ("full", include_str!("../../scenes/full.json")),
+    ("less", include_str!("../../scenes/less.json")),
+    ("sparse", include_str!("../../scenes/sparse.json")),
+    ("bare", include_str!("../../scenes/bare.json")),
+];
+
+/// Below this share of their silhouettes, half of the sparse scene's, fines add so little to the bulk of the
+/// grains that the bare scene's tray suits them better.
+const BARE_BULK: f64 = 0.3;
+
+/// The text of a shipped scene.
+pub fn text(name: &str) -> Option<&'static str> {
+    COVERAGES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+}
+
+/// The scene whose grains have this share, 0 to 1, of their silhouettes covered with fines: the sparse scene
+/// with another number of fines. 0 is the bare scene itself.
+pub fn with_cover(share: f64) -> Scene {
+    if share == 0.0 {
+        return shipped("bare");
+    }
+    let mut scene = shipped("sparse");
+    scene.name = format!("cover_{share}");
+    scene.description =
+        Some(format!("Quartz grains covered with fines to {share} of their silhouettes"));
+    let packing = packing(&mut scene);
+    for class in &mut packing.grains {
+        class.fines = Fines::Cover(Cover { silhouette: share });
+    }
+    if share < BARE_BULK {
+        packing.tray_um = self::packing(&mut shipped("bare")).tray_um;
+    }
+    scene
+}
+
+fn shipped(name: &str) -> Scene {
+    let text = text(name).expect("a shipped scene");
+    Scene::parse(text, Path::new(name)).expect("shipped scenes are sound")
+}
+
+fn packing(scene: &mut Scene) -> &mut Packing {
+    match &mut scene.geometry {
+        SceneGeometry::Packing(packing) => packing,
+        SceneGeometry::Placed(_) => unreachable!("the shipped coverages are packings"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_share_is_asked_of_every_class_in_a_tray_that_suits_it() {
+        assert_eq!(with_cover(0.0), shipped("bare"));
+        for (share, like) in [(0.05, "bare"), (0.6, "sparse"), (1.0, "full")] {
+            let mut scene = with_cover(share);
+            let text = serde_json::to_string(&scene).expect("plain data");
+            assert_eq!(Scene::parse(&text, Path::new("scene")).expect("sound"), scene);
+            let tray = packing(&mut shipped(like)).tray_um;
+            let packing = packing(&mut scene);
+            assert_eq!(packing.tray_um, tray, "{share}");
+            assert_eq!(packing.fines.len(), 2);
+            let wanted = Fines::Cover(Cover { silhouette: share });
+            assert!(packing.grains.iter().all(|class| class.fines == wanted), "{share}");
+        }
+    }
+}

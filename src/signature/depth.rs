@@ -1,0 +1,218 @@
+//! How many grains a bed needs: of a pilot's beds the lowest are taken away, and what is left is traced again by the
+//! same paths.
+//!
+//! A path that never comes down to them is the same path, so that what they change has far less noise than either bed.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::histogram::{Estimate, Histogram, Mean};
+use crate::scene::{Packing, Scene};
+use crate::signature::plan::Plan;
+use crate::spectrum::Spectrum;
+use crate::support::error::Error;
+use crate::support::random::Purpose;
+use crate::table::Table;
+use crate::tracer::Tracer;
+use crate::tracer::rules::Course;
+
+/// What of the tolerance the grains left out may take.
+const MOST: f64 = 0.1;
+
+/// Parts of a recipe's grains by which fewer are looked for.
+const PARTS: u32 = 20;
+
+/// Fewer grains than a recipe has.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Depth {
+    /// Grains of the recipe.
+    pub of: u32,
+    /// Grains that are dropped in their place.
+    pub grains: u32,
+    /// What the others change where they change most: the mean over the pilot's beds and its 95 % interval.
+    pub change: f64,
+    /// Where that is, um.
+    pub at_um: f64,
+}
+
+impl Depth {
+    /// The grains with which the rest of a plan costs least, if that is fewer than the recipe has: a grain costs the same in
+    /// every bed. `tried` takes so many of the lowest grains of the plan's pilot away and gives the change, its band, and
+    /// the rest; `planned` says by a rest, whose change is given, how many packings the tolerance takes.
+    pub fn find<T>(
+        packing: &Packing,
+        plan: &Plan,
+        tolerance: f64,
+        tried: impl Fn(u32) -> Result<(f64, f64, T), Error>,
+        planned: impl Fn(T, f64) -> Result<Plan, Error>,
+    ) -> Result<Option<Self>, Error> {
+        let of = grains(packing);
+        let mut least = of as usize * plan.to_be_dropped();
+        let mut found = None;
+        let (mut too_few, mut enough) = (0, PARTS);
+        while enough - too_few > 1 {
+            let parts = u32::midpoint(too_few, enough);
+            let grains = grains(&fewer(packing, parts));
+            let (change, at_um, rest) = tried(of - grains)?;
+            let fits = change <= MOST * tolerance;
+            let cost = match fits.then(|| planned(rest, change)).transpose()? {
+                // All of them: shallower beds have a pilot of their own.
+                Some(rest) if rest.touching == plan.touching => grains as usize * rest.packings,
+                _ => usize::MAX,
+            };
+            if cost < least {
+                (enough, least) = (parts, cost);
+                found = Some(Self { of, grains, change, at_um });
+            } else {
+                too_few = parts;
+            }
+        }
+        Ok(found)
+    }
+
+    /// The recipe with so many grains.
+    pub fn of(&self, packing: &Packing) -> Packing {
+        let mut all = (1..PARTS).map(|parts| fewer(packing, parts));
+        all.find(|fewer| grains(fewer) == self.grains).expect("it was found among these")
+    }
+}
+
+fn grains(packing: &Packing) -> u32 {
+    packing.grains.iter().map(|class| class.count).sum()
+}
+
+/// The recipe with so many parts of the grains of each class, at least one.
+fn fewer(packing: &Packing, parts: u32) -> Packing {
+    let mut fewer = packing.clone();
+    for class in &mut fewer.grains {
+        class.count = ((class.count * parts + PARTS / 2) / PARTS).max(class.count.min(1));
+    }
+    fewer
+}
+
+/// The table of a bed without so many of its lowest grains, by the paths of its own.
+pub fn without_lowest(
+    tracer: &Tracer,
+    scene: &Scene,
+    table: &Table,
+    grains: u32,
+) -> Result<Table, Error> {
+    let spectra: Vec<&Spectrum> = table.materials.iter().map(|m| &m.spectrum).collect();
+    let bands = table.reflectances(&table.stop.grid.wavelengths_um())?;
+    let course = Course::new(scene, &spectra).ending_below(table.stop.least_weight, &bands);
+    let rest = tracer.without_lowest(grains as usize);
+    let tally = rest.trace(&course, table.seed, Purpose::Result, 0..table.paths, &|_| ())?;
+    let (histogram, cells) = (Histogram::of(&tally), Histogram::by_cell(&tally));
+    Ok(Table { histogram, cells, ..table.clone() })
+}
+
+/// What beds differ by from others that the same paths saw, in the band where that is most, with its 95 % interval over
+/// the beds; and the band, um.
+pub fn change(beds: &[Table], others: &[Table], um: &[f64]) -> Result<(f64, f64), Error> {
+    let of_band = |(rho, um): (Vec<f64>, &f64)| {
+        // What paths given up leave open is in the tolerance already.
+        let less = |(a, b): (&Table, &Table)| Mean {
+            trapped: 0.0,
+            ..a.histogram.less_weight(&b.histogram, &rho)
+        };
+        let of = Estimate::of(&beds.iter().zip(others).map(less).collect::<Vec<_>>());
+        (of.mean.abs() + of.half_width, *um)
+    };
+    let bands = beds[0].reflectances(um)?.into_par_iter().zip(um).map(of_band);
+    Ok(bands.max_by(|a, b| a.0.total_cmp(&b.0)).expect("there is at least one band"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene::{Grid, SceneGeometry, shipped};
+    use crate::table::{Target, materials};
+    use crate::tracer::trace;
+
+    fn recipe() -> Packing {
+        let text = shipped::text("sparse").expect("it is shipped");
+        let scene = Scene::parse(text, Path::new("sparse.json")).expect("a scene");
+        let SceneGeometry::Packing(packing) = scene.geometry else { panic!("a recipe") };
+        packing
+    }
+
+    fn plan(packings: usize, touching: bool) -> Plan {
+        Plan {
+            pilot: 6,
+            spread: 0.006,
+            at_um: 9.0,
+            apart: 0.006,
+            touching,
+            wanted: packings,
+            packings,
+            depth: None,
+        }
+    }
+
+    /// Beds whose grains hide more the more of them there are.
+    fn found(plan: &Plan, packings: impl Fn(f64) -> usize) -> Option<Depth> {
+        let tried = |taken: u32| {
+            let share = 1.0 - f64::from(taken) / 72.0;
+            Ok((0.1 * (-10.0 * share).exp(), 9.0, share))
+        };
+        let planned = |share, _| Ok(Plan { packings: packings(share), ..*plan });
+        Depth::find(&recipe(), plan, 0.01, tried, planned).expect("nothing fails")
+    }
+
+    #[test]
+    fn as_few_grains_are_dropped_as_a_tenth_of_the_tolerance_lets() {
+        // exp(-10 share) is .01 at .46: nine twentieths of 24 are 11, ten are 12.
+        let depth = found(&plan(6, true), |_| 6).expect("fewer");
+        assert_eq!((depth.of, depth.grains, depth.at_um), (72, 36, 9.0));
+        assert!(depth.change <= 0.001, "{depth:?}");
+        let fewer = depth.of(&recipe());
+        assert!(fewer.grains.iter().all(|class| class.count == 12));
+        assert_eq!(fewer.tray_um, recipe().tray_um);
+    }
+
+    #[test]
+    fn grains_stay_where_more_packings_would_cost_what_they_save() {
+        assert_eq!(found(&plan(10, true), |share| (10.0 / share).ceil() as usize), None);
+        // A packing more is paid for by a third of the grains, thirty are not by half of them.
+        let steps = |share: f64| if share < 0.6 { 40 } else { 11 };
+        assert_eq!(found(&plan(10, true), steps).map(|depth| depth.grains), Some(48));
+        // Of eleven hulls the pilot is there: the five to come cost less than eleven of half the grains.
+        assert_eq!(found(&plan(11, false), |_| 11), None);
+        assert_eq!(found(&plan(30, false), |_| 30).map(|depth| depth.grains), Some(36));
+    }
+
+    #[test]
+    fn a_class_keeps_a_grain() {
+        let mut few = recipe();
+        few.grains[0].count = 1;
+        few.grains[1].count = 0;
+        let left: Vec<u32> = fewer(&few, 1).grains.iter().map(|class| class.count).collect();
+        assert_eq!(left, [1, 0, 1]);
+    }
+
+    /// The same paths see the same bed alike to the last bit, and the more is missing the more they see of it.
+    #[test]
+    fn what_lies_deep_changes_little_and_nothing_nothing() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
+        let scene = Scene::read(&path).expect("a scene");
+        let tracer = trace::tracer(&scene, &path).expect("a bed");
+        let materials = materials::materials(&scene, &path).expect("spectra");
+        let grid = Grid::new(8.0, 12.0, 1.0).expect("a grid");
+        let target = Target { max_paths: 8192, ..Target::of(0.05) };
+        let table = trace::trace_with(&tracer, &scene, &path, materials, &grid, target);
+        let table = table.expect("traced");
+        let changes = |grains| {
+            let rest = without_lowest(&tracer, &scene, &table, grains).expect("traced");
+            let of = [rest.clone(), rest];
+            change(&[table.clone(), table.clone()], &of, &grid.wavelengths_um()).expect("bands").0
+        };
+        let placements = tracer.bed().placements.len() as u32;
+        let [none, few, all] = [0, placements / 4, placements].map(changes);
+        assert_eq!(none, 0.0);
+        assert!(few > 0.0 && few < all / 4.0, "{few} {all}");
+        assert_eq!(tracer.without_lowest(2).bed().placements.len() as u32, placements - 2);
+    }
+}

@@ -1,0 +1,130 @@
+//! Emissivity and radiance of a traced bed, band by band (Eq. 1 to 3).
+
+pub mod budget;
+mod cells;
+mod csv;
+pub mod depth;
+pub mod plan;
+
+use rayon::prelude::*;
+
+use crate::histogram::{Estimate, Mean, Radiance};
+use crate::radiometry::{self, Assumed, Lit, Measured, Retrieved, Temperature};
+use crate::support::error::Error;
+use crate::support::interrupt::{self, Interrupted};
+use crate::table::Table;
+
+pub use cells::spread_by_cells;
+pub use csv::{COLUMNS, csv_text, write_csv};
+
+/// One band of a signature. Radiance is in W m-2 sr-1 um-1.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Band {
+    /// Wavelength, um.
+    pub wavelength_um: f64,
+    /// Whether the models of all facets hold: not where `fresnel` facets bound grains that let light through.
+    pub valid: bool,
+    /// Emissivity of the bed towards the sensor, with its errors: a property of the bed, whatever its
+    /// temperatures.
+    pub emissivity: Estimate,
+    /// Radiance emitted.
+    pub l_emitted: Estimate,
+    /// Radiance reflected from the sky.
+    pub l_reflected: Estimate,
+    /// Radiance that leaves the target: their sum (Eq. 1).
+    pub l_target: Estimate,
+    /// Radiance of a black body at the scene's temperature.
+    pub l_blackbody: f64,
+    /// Radiance of the sky; of one that depends on the zenith angle what a horizontal Lambertian mirror would return.
+    pub l_downwelling: f64,
+    /// Transmittance and path radiance between target and sensor, if there is an atmosphere.
+    pub path: Option<(f64, f64)>,
+}
+
+/// Evaluates the tables of a recipe's packings with the spectra and temperatures of the first.
+///
+/// # Errors
+/// A spectrum that does not cover a wavelength.
+///
+/// # Panics
+/// Without a table.
+pub fn evaluate(packings: &[Table], wavelengths_um: &[f64]) -> Result<Vec<Band>, Error> {
+    let lit = packings[0].lit(wavelengths_um)?;
+    lit.par_iter()
+        .map(|lit| {
+            if interrupt::requested() {
+                return Err(Interrupted.into());
+            }
+            Ok(band(packings, lit))
+        })
+        .collect()
+}
+
+/// The emissivity for one reflectance of each symbol of the tables.
+pub fn emissivity(packings: &[Table], reflectance: &[f64]) -> Estimate {
+    let of = |packing: &Table| {
+        let weight = packing.weight(reflectance);
+        Mean { mean: 1.0 - weight.mean, ..weight }
+    };
+    Estimate::of(&packings.iter().map(of).collect::<Vec<_>>())
+}
+
+fn band(packings: &[Table], lit: &Lit) -> Band {
+    let seen: Vec<(Mean, Radiance)> = packings.iter().map(|p| lit.seen(&p.histogram)).collect();
+    let of = |part: fn(&(Mean, Radiance)) -> Mean| {
+        Estimate::of(&seen.iter().map(part).collect::<Vec<_>>())
+    };
+    Band {
+        wavelength_um: lit.wavelength_um,
+        valid: packings[0].materials.iter().all(|m| m.is_valid(lit.wavelength_um)),
+        emissivity: of(|(emissivity, _)| *emissivity),
+        l_emitted: of(|(_, radiance)| radiance.l_emitted),
+        l_reflected: of(|(_, radiance)| radiance.l_reflected),
+        l_target: of(|(_, radiance)| radiance.l_target),
+        l_blackbody: lit.l_blackbody,
+        l_downwelling: lit.l_downwelling,
+        path: lit.path,
+    }
+}
+
+impl Band {
+    /// The radiance as a sensor would measure it, without any error of its own, compensated for the atmosphere.
+    pub fn measured(&self) -> Measured {
+        let Estimate { mean, standard_error, .. } = self.l_sensor();
+        let l = [mean, standard_error];
+        Measured::at_sensor(self.wavelength_um, l, self.l_downwelling, self.path)
+    }
+
+    /// Radiance that reaches the sensor.
+    pub fn l_sensor(&self) -> Estimate {
+        self.path.map_or(self.l_target, |(transmittance, l_path)| Estimate {
+            mean: radiometry::at_sensor(self.l_target.mean, transmittance, l_path),
+            standard_error: transmittance * self.l_target.standard_error,
+            half_width: transmittance * self.l_target.half_width,
+            rays_standard_error: transmittance * self.l_target.rays_standard_error,
+            spread: self.l_target.spread.map(|spread| transmittance * spread),
+            trapped: transmittance * self.l_target.trapped,
+        })
+    }
+
+    /// Emissivity by Eq. 3, of the radiance that leaves the target under a cold black sky, and its standard error for
+    /// that of the temperature, K.
+    pub fn emissivity_eq3(&self, temperature: Temperature) -> [f64; 2] {
+        let l_blackbody = radiometry::planck(self.wavelength_um, temperature.k);
+        let emissivity = radiometry::emissivity(self.l_emitted.mean, l_blackbody, 0.0);
+        let slope = radiometry::planck_derivative(self.wavelength_um, temperature.k);
+        let errors = [self.l_emitted.standard_error, slope * temperature.error_k, 0.0];
+        [emissivity, radiometry::emissivity_error(emissivity, l_blackbody, 0.0, errors)]
+    }
+}
+
+/// What Eq. 2 gives of each band for a target that is taken to have one temperature.
+pub fn retrieve(bands: &[Band], temperature: Temperature, assumed: Assumed) -> Vec<Retrieved> {
+    bands.iter().map(|band| Retrieved::new(&band.measured(), temperature, assumed)).collect()
+}
+
+/// Where the models of facets do not hold: from the first to the last of bands on end, um.
+pub fn not_valid_um(bands: &[Band]) -> Vec<[f64; 2]> {
+    let runs = bands.chunk_by(|a, b| a.valid == b.valid).filter(|run| !run[0].valid);
+    runs.map(|run| [run[0].wavelength_um, run[run.len() - 1].wavelength_um]).collect()
+}

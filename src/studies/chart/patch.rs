@@ -1,0 +1,188 @@
+//! The settings of placed geometry: how its rays are traced and its bands chosen.
+
+use std::path::Path;
+
+use super::{REPEATS, Reference, Run, Setting, Trade, timed};
+use crate::geometry;
+use crate::histogram::Histogram;
+use crate::scene::{Grid, Scene, Sides};
+use crate::spectrum::Spectrum;
+use crate::support::error::Error;
+use crate::support::random::{Purpose, Sampler};
+use crate::table::{Target, materials};
+use crate::tracer::rules::Course;
+use crate::tracer::{Tracer, trace};
+
+/// Paths of the reference: a hundred and more times as many as of any setting, from a seed of its own.
+const REFERENCE: u64 = 1 << 21;
+const REFERENCE_SEED: u64 = 1 << 40;
+/// The same where the chart is wanted at once.
+const QUICK_REFERENCE: u64 = 1 << 19;
+/// Paths on which steps between bands are tried.
+const STEP_PATHS: u64 = 4096;
+/// The tolerance whose rule gives paths up.
+const TOLERANCE: f64 = 0.002;
+
+struct Patch<'a> {
+    tracer: &'a Tracer,
+    course: Course,
+    bands: Vec<Vec<f64>>,
+    wavelengths_um: Vec<f64>,
+}
+
+/// A level and the paths that are spent on it.
+struct Level<'a> {
+    name: &'static str,
+    sides: Option<Sides>,
+    course: &'a dyn Fn(&mut Course),
+    paths: Vec<u64>,
+}
+
+/// Measures the settings of a placed scene; `told` hears what is measured next.
+pub fn patch(
+    scene: &Scene,
+    path: &Path,
+    grid: &Grid,
+    quick: bool,
+    told: &dyn Fn(&str),
+) -> Result<Trade, Error> {
+    let tracer = trace::tracer(scene, path)?;
+    let materials = materials::materials(scene, path)?;
+    let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
+    let wavelengths_um = grid.wavelengths_um();
+    let course = Course::new(scene, &spectra);
+    let bands = materials::bands(&materials, course.kept, &wavelengths_um, path)?;
+    let patch = Patch { tracer: &tracer, course, bands, wavelengths_um };
+    told("reference");
+    let paths = if quick { QUICK_REFERENCE } else { REFERENCE };
+    let course = patch.course.clone().ending_below(TOLERANCE / 500.0, &patch.bands);
+    let exact = histogram(&tracer, &course, REFERENCE_SEED, paths)?;
+    let means: Vec<_> = patch.bands.iter().map(|band| exact.weight(band)).collect();
+    let reference = Reference {
+        made_of: format!("{paths} paths of another seed"),
+        emissivity: means.iter().map(|mean| 1.0 - mean.mean).collect(),
+        standard_error: means.iter().map(|mean| mean.standard_error + mean.trapped).collect(),
+    };
+    let sweep = |from: u32, to: u32| (from..=to).map(|power| 1 << power).collect::<Vec<u64>>();
+    let most = if quick { 12 } else { 14 };
+    let hits = |most_hits| move |course: &mut Course| course.most_hits = most_hits;
+    let (one, two, three, five) = (hits(1), hits(2), hits(3), hits(5));
+    let whole: &dyn Fn(&mut Course) = &|_| ();
+    let independent: &dyn Fn(&mut Course) = &|course| course.sampler = Sampler::Independent;
+    let level = |name, course, paths| Level { name, sides: None, course, paths };
+    let beside = |name, sides| Level { sides: Some(sides), ..level(name, whole, sweep(9, most)) };
+    let mut levels = vec![
+        level("as shipped", whole, sweep(8, most)),
+        level("independent numbers", independent, sweep(8, most)),
+        level("up to 1 hit", &one, sweep(9, most)),
+        level("up to 2 hits", &two, sweep(9, most)),
+        level("up to 3 hits", &three, sweep(9, most)),
+        level("up to 5 hits", &five, sweep(9, most)),
+    ];
+    let own = tracer.bed().domain.sides;
+    for (name, sides) in [
+        ("mirror sides", Sides::Mirror),
+        ("periodic sides", Sides::Periodic),
+        ("field of 1e9 particles", Sides::Field { particles: 1e9, seed: 0 }),
+        ("open sides", Sides::Open),
+    ] {
+        let too_large = matches!(sides, Sides::Field { particles, .. }
+            if geometry::patches(tracer.bed(), particles).is_none());
+        if sides != own && !too_large {
+            levels.push(beside(name, sides));
+        }
+    }
+    let mut settings = Vec::new();
+    for level in &levels {
+        told(level.name);
+        let within = level.sides.map(|sides| tracer.within(sides));
+        let tracer = within.as_ref().unwrap_or(&tracer);
+        let mut course =
+            patch.course.clone().ending_below(Target::of(TOLERANCE).least_weight, &patch.bands);
+        (level.course)(&mut course);
+        for &paths in &level.paths {
+            let runs = repeated(|seed| patch.traced(tracer, &course, seed, paths))?;
+            settings.push(Setting::of(level.name, format!("{paths} paths"), &runs, &reference));
+        }
+    }
+    told("areal mixture");
+    for paths in sweep(9, most) {
+        let runs = repeated(|seed| patch.mixed(seed, paths))?;
+        settings.push(Setting::of("areal mixture", format!("{paths} paths"), &runs, &reference));
+    }
+    told("spectral step");
+    let course =
+        patch.course.clone().ending_below(Target::of(TOLERANCE).least_weight, &patch.bands);
+    for stride in [2, 5, 10, 20, 50] {
+        let runs = repeated(|seed| {
+            let histogram = histogram(&tracer, &course, seed, STEP_PATHS)?;
+            Ok(patch.interpolated(&histogram, stride))
+        })?;
+        let step = format!("{:.3} um, {STEP_PATHS} paths", grid.step_um() * stride as f64);
+        settings.push(Setting::of("spectral step", step, &runs, &reference));
+    }
+    Ok(Trade { scene: scene.name.clone(), reference, settings })
+}
+
+fn repeated(run: impl Fn(u64) -> Result<Vec<f64>, Error>) -> Result<Vec<Run>, Error> {
+    (1..=REPEATS as u64)
+        .map(|seed| {
+            let (emissivity, took) = timed(|| run(seed))?;
+            Ok(Run { took, emissivity })
+        })
+        .collect()
+}
+
+fn histogram(tracer: &Tracer, course: &Course, seed: u64, paths: u64) -> Result<Histogram, Error> {
+    let tally = tracer.trace(course, seed, Purpose::Result, 0..paths, &|_| ())?;
+    Ok(Histogram::of(&tally))
+}
+
+impl Patch<'_> {
+    fn traced(
+        &self,
+        tracer: &Tracer,
+        course: &Course,
+        seed: u64,
+        paths: u64,
+    ) -> Result<Vec<f64>, Error> {
+        let histogram = histogram(tracer, course, seed, paths)?;
+        Ok(self.bands.iter().map(|band| 1.0 - histogram.weight(band).mean).collect())
+    }
+
+    /// The emissivities of what is seen, by its share of the view: the linear mixing model.
+    fn mixed(&self, seed: u64, paths: u64) -> Result<Vec<f64>, Error> {
+        let course = Course { most_hits: 1, ..self.course.clone() };
+        let tally = self.tracer.trace(&course, seed, Purpose::Result, 0..paths, &|_| ())?;
+        let met: u64 = tally.first_hits.iter().sum();
+        let cosines = usize::from(course.kept.cosines);
+        let of = |band: &Vec<f64>| {
+            let shares = tally.first_hits.iter().zip(band.chunks(cosines));
+            let reflected = shares.map(|(&hits, rho)| {
+                hits as f64 * rho.iter().sum::<f64>() / cosines as f64 / met as f64
+            });
+            1.0 - reflected.sum::<f64>()
+        };
+        Ok(self.bands.iter().map(of).collect())
+    }
+
+    /// The bands of which only each so-manieth is evaluated, and straight lines between them.
+    fn interpolated(&self, histogram: &Histogram, stride: usize) -> Vec<f64> {
+        let last = self.bands.len() - 1;
+        let at = |band: usize| 1.0 - histogram.weight(&self.bands[band]).mean;
+        let mut emissivity = Vec::with_capacity(self.bands.len());
+        let mut left = (0, at(0));
+        while left.0 < last {
+            let number = (left.0 + stride).min(last);
+            let right = (number, at(number));
+            let um = |band: usize| self.wavelengths_um[band];
+            for band in left.0..number {
+                let share = (um(band) - um(left.0)) / (um(number) - um(left.0));
+                emissivity.push(left.1 + share * (right.1 - left.1));
+            }
+            left = right;
+        }
+        emissivity.push(left.1);
+        emissivity
+    }
+}

@@ -1,0 +1,102 @@
+//! How a failure reaches the user: a message, a hint, an exit status.
+//!
+//! Every module has an error type of its own and implements [`Failure`] beside it. [`Error`] carries any of them, so
+//! a new failure touches one file.
+
+use std::fmt;
+
+/// Exit statuses of the program, so that scripts can tell failures apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Status {
+    /// A file could not be read or written.
+    Files = 1,
+    /// The command line is wrong (clap's own status).
+    Usage = 2,
+    /// A scene, spectrum, mesh or table is wrong.
+    Input = 3,
+    /// The limit on paths or time ended the trace before its tolerance; the result is written.
+    ToleranceNotReached = 4,
+    /// A replayed run gave other bytes.
+    ReplayDiffers = 5,
+    /// No Blender was found.
+    BlenderMissing = 10,
+    /// The Blender found has a version that soilsig cannot use.
+    BlenderVersion = 11,
+    /// Blender's Python has no numpy.
+    BlenderNumpy = 12,
+    /// A script failed inside Blender.
+    BlenderScript = 13,
+    /// Blender crashed.
+    BlenderCrash = 14,
+    /// Blender did not end within its time limit.
+    BlenderTimeout = 15,
+    /// The bed that came out of the drop failed its checks.
+    BlenderRefused = 16,
+    /// Ctrl-C.
+    Interrupted = 130,
+}
+
+/// A failure as the user meets it. Its `Display` says what happened and where.
+pub trait Failure: std::error::Error + Send + Sync + 'static {
+    /// What the user can do about it.
+    fn hint(&self) -> Option<String> {
+        None
+    }
+
+    /// The program's exit status. Most failures are wrong input.
+    fn status(&self) -> Status {
+        Status::Input
+    }
+}
+
+/// Any failure of the library.
+pub struct Error(Box<dyn Failure>);
+
+impl Error {
+    /// What the user can do about it.
+    pub fn hint(&self) -> Option<String> {
+        self.0.hint()
+    }
+
+    /// The program's exit status.
+    pub fn status(&self) -> Status {
+        self.0.status()
+    }
+
+    /// Whether the user asked to stop.
+    pub fn is_interruption(&self) -> bool {
+        self.status() == Status::Interrupted
+    }
+
+    /// The failure, if it is of this type.
+    pub fn downcast_ref<E: Failure>(&self) -> Option<&E> {
+        let failure: &(dyn std::error::Error + 'static) = &*self.0;
+        failure.downcast_ref()
+    }
+}
+
+// As with `anyhow::Error`, this holds because `Error` itself is no `Failure`.
+impl<E: Failure> From<E> for Error {
+    fn from(failure: E) -> Self {
+        Self(Box::new(failure))
+    }
+}
+
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(&self.0, f)
+    }
+}
+
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        self.0.source()
+    }
+}

@@ -1,0 +1,11 @@
+//! What every room stands on: failures, files, interruption, progress, the cache, random numbers, statistics.
+
+pub mod cache;
+pub mod envi;
+pub mod error;
+pub mod interrupt;
+pub mod output;
+pub mod progress;
+pub mod random;
+mod sobol;
+pub mod statistics;

@@ -1,0 +1,66 @@
+//! Quantiles and half-widths of 95 % intervals (Student's t).
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// Quantile of Student's t for two-sided 95 % with as many degrees of freedom as there are pairs of groups.
+pub const T_95: f64 = 2.119_905_299;
+
+/// Quantile for two-sided 95 %: Student's t with one degree of freedom less than there are packings, or than there
+/// are pairs of groups where a single packing is known by its rays alone.
+pub fn quantile_95(packings: usize) -> f64 {
+    if packings < 2 {
+        return T_95;
+    }
+    let t =
+        StudentsT::new(0.0, 1.0, (packings - 1) as f64).expect("at least one degree of freedom");
+    t.inverse_cdf(0.975)
+}
+
+/// Half-width of the 95 % interval of the mean of one number of each packing; `None` of fewer than two.
+pub fn half_width(of_each: &[f64]) -> Option<f64> {
+    let n = of_each.len() as f64;
+    let mean = of_each.iter().sum::<f64>() / n;
+    let squares: f64 = of_each.iter().map(|value| (value - mean).powi(2)).sum();
+    (of_each.len() > 1).then(|| quantile_95(of_each.len()) * (squares / (n - 1.0) / n).sqrt())
+}
+
+/// How many packings of that spread it takes to get to a half-width; `None` if it is more than a million.
+pub fn wanted(spread: f64, half_width: f64) -> Option<usize> {
+    let enough = |n: usize| quantile_95(n) * spread <= half_width * (n as f64).sqrt();
+    let most = (2..=20).map(|power| 1 << power).find(|&n| enough(n))?;
+    // More packings never do worse, so halving finds the least.
+    let (mut too_few, mut least) = (1, most);
+    while least - too_few > 1 {
+        let middle = usize::midpoint(too_few, least);
+        if enough(middle) { least = middle } else { too_few = middle }
+    }
+    Some(least)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::support::random::GROUPS;
+
+    #[test]
+    fn quantiles_are_those_of_the_tables() {
+        for (packings, t) in
+            [(2, 12.706_2), (3, 4.302_7), (5, 2.776_4), (11, 2.228_1), (121, 1.979_9)]
+        {
+            assert!((quantile_95(packings) - t).abs() < 1e-4, "{packings}");
+        }
+        assert!((quantile_95(GROUPS / 2 + 1) - T_95).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_packings_wanted_are_the_fewest_that_do() {
+        for (spread, half_width) in [(0.0044, 0.01), (0.0044, 0.005), (0.0044, 0.001), (1e-9, 0.1)]
+        {
+            let n = wanted(spread, half_width).expect("few enough");
+            let reached = |n: usize| quantile_95(n) * spread / (n as f64).sqrt();
+            assert!(reached(n) <= half_width, "{n}");
+            assert!(n == 2 || reached(n - 1) > half_width, "{n}");
+        }
+        assert_eq!(wanted(1.0, 1e-6), None);
+    }
+}

@@ -1,0 +1,238 @@
+//! The spectra of a scene's materials, resolved, and the reflectances that a histogram is evaluated with.
+
+use std::path::{Path, PathBuf};
+
+use crate::histogram::tally::Kept;
+use crate::histogram::{Estimate, Mean};
+use crate::scene::{Inverted, Material, Scene, SpectrumSource};
+use crate::spectrum::format::{self, Reading};
+use crate::spectrum::{PureBed, Spectrum, SpectrumError, kirchhoff};
+use crate::support::error::{Error, Failure};
+use crate::table::{Table, TableError, TableMaterial};
+
+/// Why the spectrum that a scene names cannot be had.
+#[derive(Debug, thiserror::Error)]
+pub enum ResolveError {
+    /// The spectrum itself.
+    #[error(transparent)]
+    Spectrum(#[from] SpectrumError),
+    /// A table is none of a pure bed.
+    #[error("{}: {problem}", path.display())]
+    PureBed {
+        /// The table.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
+    /// The table of a pure bed cannot be used.
+    #[error("pure bed: {0}")]
+    PureBedTable(TableError),
+}
+
+impl Failure for ResolveError {
+    fn hint(&self) -> Option<String> {
+        match self {
+            Self::Spectrum(error) => error.hint(),
+            Self::PureBed { .. } => Some(
+                "trace a bed of one material whose spectrum is a constant, 0.05 say: docs/chemistry.md"
+                    .into(),
+            ),
+            Self::PureBedTable(error) => error.hint(),
+        }
+    }
+}
+
+/// A material's spectrum is wrong.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: material {material:?}: {source}", scene.display())]
+pub struct MaterialError {
+    /// The scene file.
+    pub scene: PathBuf,
+    /// The material.
+    pub material: String,
+    /// What is wrong with its spectrum.
+    pub source: ResolveError,
+}
+
+impl Failure for MaterialError {
+    fn hint(&self) -> Option<String> {
+        self.source.hint()
+    }
+}
+
+/// The materials of a scene with their spectra; files are relative to the scene file.
+pub fn materials(scene: &Scene, path: &Path) -> Result<Vec<TableMaterial>, Error> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    scene
+        .materials
+        .iter()
+        .map(|material| {
+            let spectrum = Spectrum::resolve(&material.spectrum, folder).map_err(|source| {
+                let scene = path.to_owned();
+                MaterialError { scene, material: material.name.clone(), source }
+            })?;
+            Ok(TableMaterial {
+                name: material.name.clone(),
+                specular: specular(material, &spectrum),
+                spectrum,
+                temperature_k: material.temperature_k,
+                mean_chord_um: None,
+                first_hits: 0,
+            })
+        })
+        .collect()
+}
+
+/// The reflectance of each symbol in each band: what the stop rule looks at.
+pub fn bands(
+    materials: &[TableMaterial],
+    kept: Kept,
+    wavelengths_um: &[f64],
+    path: &Path,
+) -> Result<Vec<Vec<f64>>, Error> {
+    for material in materials {
+        reflectances(&[&material.spectrum], kept, wavelengths_um).map_err(|source| {
+            MaterialError {
+                scene: path.to_owned(),
+                material: material.name.clone(),
+                source: source.into(),
+            }
+        })?;
+    }
+    let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
+    Ok(reflectances(&spectra, kept, wavelengths_um)?)
+}
+
+/// Places within a bin of cosines at which a reflectance is taken.
+const WITHIN_BIN: u16 = 4;
+
+/// The reflectance of each symbol, by material and within it by cosine, at each wavelength.
+pub fn reflectances(
+    spectra: &[&Spectrum],
+    kept: Kept,
+    wavelengths_um: &[f64],
+) -> Result<Vec<Vec<f64>>, SpectrumError> {
+    if let (Some(&first), Some(&last)) = (wavelengths_um.first(), wavelengths_um.last()) {
+        spectra.iter().try_for_each(|spectrum| spectrum.covers([first, last]))?;
+    }
+    let of = |spectrum: &Spectrum, um: f64, bin: u16| -> Result<f64, SpectrumError> {
+        let places = f64::from(kept.cosines) * f64::from(WITHIN_BIN);
+        let mut sum = 0.0;
+        for place in 0..WITHIN_BIN {
+            let cosine = (f64::from(bin * WITHIN_BIN + place) + 0.5) / places;
+            sum += spectrum.reflectance_at(um, cosine)?;
+        }
+        Ok(sum / f64::from(WITHIN_BIN))
+    };
+    wavelengths_um
+        .iter()
+        .map(|&um| {
+            let mut all = Vec::with_capacity(kept.symbols(spectra.len()));
+            for spectrum in spectra {
+                if spectrum.is_angular() && kept.cosines > 1 {
+                    for bin in 0..kept.cosines {
+                        all.push(of(spectrum, um, bin)?);
+                    }
+                } else {
+                    let reflectance = kirchhoff(spectrum.emissivity(um)?);
+                    all.resize(all.len() + usize::from(kept.cosines), reflectance);
+                }
+            }
+            Ok(all)
+        })
+        .collect()
+}
+
+/// The share of what a material's facets reflect that is specular. What the Fresnel equations describe is a smooth
+/// facet, a mirror, unless the scene says otherwise.
+pub fn specular(material: &Material, spectrum: &Spectrum) -> f64 {
+    material.specular.unwrap_or(if spectrum.is_angular() { 1.0 } else { 0.0 })
+}
+
+impl Spectrum {
+    /// Gets the spectrum that a scene names; files are relative to `folder`.
+    pub fn resolve(source: &SpectrumSource, folder: &Path) -> Result<Self, ResolveError> {
+        Ok(match source {
+            SpectrumSource::Builtin(name) => Self::builtin(name)?,
+            SpectrumSource::Constant(value) => Self::Constant(*value),
+            SpectrumSource::File(path) => {
+                Self::Tabulated(format::read_one(&folder.join(path), &Reading::default())?)
+            }
+            SpectrumSource::Fresnel(name) => Self::fresnel(name)?,
+            SpectrumSource::Inverted(Inverted { spectrum, pure_bed }) => {
+                let powder = Box::new(Self::resolve(spectrum, folder)?);
+                let tables: Vec<PathBuf> = pure_bed.iter().map(|path| folder.join(path)).collect();
+                let pure_bed = if tables.is_empty() {
+                    PureBed::shipped().clone()
+                } else {
+                    PureBed::read(&tables)?
+                };
+                Self::Inverted(powder, pure_bed)
+            }
+        })
+    }
+}
+
+impl PureBed {
+    /// Reads the bounce tables of one bed or of several packings of one.
+    ///
+    /// # Errors
+    /// Tables that cannot be read, of more than one material, or of other than Lambertian facets.
+    pub fn read(tables: &[PathBuf]) -> Result<Self, ResolveError> {
+        let beds = Table::read_packings(tables).map_err(ResolveError::PureBedTable)?;
+        for (table, path) in beds.iter().zip(tables) {
+            let problem = if table.materials.len() != 1 {
+                format!(
+                    "a pure bed is of one material, its floor too, not of {}",
+                    table.materials.len()
+                )
+            } else if table.histogram.kept != Kept::PLAIN || table.materials[0].specular != 0.0 {
+                "the facets of a pure bed are Lambertian, of one temperature under an isotropic sky"
+                    .into()
+            } else {
+                continue;
+            };
+            return Err(ResolveError::PureBed { path: path.clone(), problem });
+        }
+        let name = &beds[0].scene;
+        let title = match beds.len() {
+            1 => format!("{name}, one bed"),
+            n => format!("{name}, the mean of {n} packings"),
+        };
+        let bed = Self::of(title, &beds);
+        match bed.problem() {
+            Some(problem) => Err(ResolveError::PureBed { path: tables[0].clone(), problem }),
+            None => Ok(bed),
+        }
+    }
+
+    /// The mean of beds that all are of one material.
+    fn of(title: String, beds: &[Table]) -> Self {
+        let (mut escaped, mut given_up) = (Vec::new(), Vec::new());
+        for bed in beds {
+            let states =
+                [(&mut escaped, &bed.histogram.escaped), (&mut given_up, &bed.histogram.trapped)];
+            let all = bed.histogram.paths() * bed.histogram.parts as f64;
+            for (shares, of) in states {
+                for (state, counts) in of {
+                    let hits = usize::from(state[0]);
+                    if shares.len() <= hits {
+                        shares.resize(hits + 1, 0.0);
+                    }
+                    shares[hits] += count(counts) as f64 / all / beds.len() as f64;
+                }
+            }
+        }
+        let error = |percent: u32| {
+            let facet = [f64::from(percent) / 100.0];
+            let means: Vec<Mean> = beds.iter().map(|bed| bed.weight(&facet)).collect();
+            Estimate::of(&means).standard_error
+        };
+        let standard_error = (0..=100).map(error).fold(0.0, f64::max);
+        Self { title, escaped, given_up, standard_error }
+    }
+}
+
+fn count(counts: &[(u16, i64)]) -> i64 {
+    counts.iter().map(|(_, count)| count).sum()
+}

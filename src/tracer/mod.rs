@@ -1,0 +1,377 @@
+//! Backward paths from the sensor into counts of what they hit.
+//!
+//! Facets are opaque, and how they send a path on does not depend on wavelength: a Lambertian one by the cosine, a
+//! specular one as a mirror. So one path serves every band.
+
+pub mod alone;
+pub mod bvh;
+pub mod coverage;
+mod doubts;
+pub(crate) mod field;
+pub(crate) mod footprint;
+pub mod rules;
+mod scatter;
+pub mod trace;
+mod turn;
+pub mod until;
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::geometry::Bed;
+use crate::histogram::tally::{CELLS, PARTS, Tally};
+use crate::scene::Sides;
+use crate::support::error::Error;
+use crate::support::interrupt::{self, Interrupted};
+use crate::support::random::{CELLS_OF_VIEW, Point, Points, Purpose, group_of};
+use crate::tracer::bvh::{Accelerator, Hit};
+use crate::tracer::field::{Field, Meets, Ray};
+use crate::tracer::rules::Course;
+use crate::tracer::scatter::Leaving;
+
+/// Paths that are put in order and traced before those that come after them.
+pub(crate) const WAVE: u64 = 1 << 15;
+
+/// Paths that one thread traces at a go.
+const BLOCK: usize = 1024;
+
+/// By how much a ray's origin is lifted off its facet, as a share of the greatest coordinate: 256 times what
+/// a double is rounded by. Hit points and their way from the mesh's coordinates into the scene's and into
+/// another mesh's take some ten roundings, so that the origin is certainly on the outer side of the facet and
+/// of those in its plane. For a bed one metre wide it is 3e-8 um.
+const LIFT: f64 = 128.0 * f64::EPSILON;
+
+/// The weight, by the greatest reflectance of each facet in any band, to which Russian roulette raises what a path carries. Twice as much or
+/// half of it costs as much (docs/tracer_speed.md).
+const RAISED_TO: f64 = 0.1;
+
+/// Paths that Russian roulette lets one stand for at most: more would tell too much of themselves in brighter bands than
+/// the paths were traced for.
+const STANDS_FOR: u64 = 8;
+
+/// A bed made ready for tracing.
+pub struct Tracer {
+    bed: Arc<Bed>,
+    accelerator: Arc<Accelerator>,
+    /// Distance by which a ray's origin is lifted off each placement's facets, um.
+    lift_um: Arc<[f64]>,
+    field: Field,
+}
+
+/// What became of a ray.
+///
+/// A ray is inside a solid if it meets a closed mesh from behind. The sensor is above everything, so that
+/// comes only of solids that overlap, or of a hit so near to where two touch that the lifted origin is in
+/// the other one.
+enum Event {
+    /// Of no mesh if it is the floor, or a solid that a side cuts.
+    Hit {
+        mesh: Option<usize>,
+        material: u16,
+        point: DVec3,
+        normal: DVec3,
+    },
+    Inside {
+        mesh: usize,
+    },
+    Sky,
+    Lost,
+}
+
+impl Tracer {
+    /// Builds the acceleration structure.
+    pub fn new(bed: Bed) -> Self {
+        let accelerator = Accelerator::new(&bed);
+        Self::with(bed, accelerator)
+    }
+
+    fn with(bed: Bed, accelerator: Accelerator) -> Self {
+        let lift_um = bed
+            .placements
+            .iter()
+            .map(|place| {
+                let m = place.to_scene.matrix3;
+                let scale = m.x_axis.length() + m.y_axis.length() + m.z_axis.length();
+                let extent = f64::from(bed.meshes[place.mesh].extent_um());
+                (place.to_scene.translation.abs().max_element() + extent * scale) * LIFT
+            })
+            .collect();
+        let field = Field::new(&bed, bed.domain.sides);
+        Self { bed: Arc::new(bed), accelerator: Arc::new(accelerator), lift_um, field }
+    }
+
+    /// The same bed within other sides.
+    #[must_use]
+    pub fn within(&self, sides: Sides) -> Self {
+        let field = Field::new(&self.bed, sides);
+        let (bed, accelerator) = (Arc::clone(&self.bed), Arc::clone(&self.accelerator));
+        Self { bed, accelerator, lift_um: Arc::clone(&self.lift_um), field }
+    }
+
+    /// The bed without so many of its lowest grains; what is built of its meshes is shared.
+    #[must_use]
+    pub fn without_lowest(&self, grains: usize) -> Self {
+        let bed = self.bed.without_lowest(grains);
+        let accelerator = self.accelerator.of(&bed);
+        Self::with(bed, accelerator)
+    }
+
+    /// The bed that is traced.
+    pub fn bed(&self) -> &Bed {
+        &self.bed
+    }
+
+    /// The closest-hit structure.
+    pub fn accelerator(&self) -> &Accelerator {
+        &self.accelerator
+    }
+
+    /// Traces the paths of those numbers. `progress` is told how many paths were done, from any thread.
+    pub fn trace(
+        &self,
+        course: &Course,
+        seed: u64,
+        purpose: Purpose,
+        numbers: Range<u64>,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<Tally, Error> {
+        let points = Points::new(seed, purpose, course.sampler);
+        let mut sum = self.nothing(course);
+        for first in numbers.clone().step_by(WAVE as usize) {
+            let end = (first + WAVE).min(numbers.end);
+            sum.add(&self.wave(course, &points, first..end, progress)?);
+        }
+        Ok(sum)
+    }
+
+    /// Counts of no path.
+    pub(crate) fn nothing(&self, course: &Course) -> Tally {
+        Tally::new(self.bed.materials, course.kept)
+    }
+
+    /// Traces some paths in the order of where they begin: paths beside each other meet the same nodes and triangles, which are
+    /// still at hand. Counts do not depend on the order.
+    fn wave(
+        &self,
+        course: &Course,
+        points: &Points,
+        numbers: Range<u64>,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<Tally, Error> {
+        let begun = |(net, mut point): (u16, Point)| (point.pair(), net, point);
+        let block = |number: usize| {
+            let first = numbers.start + (number * BLOCK) as u64;
+            points.of(first, (first + BLOCK as u64).min(numbers.end)).map(begun)
+        };
+        let blocks = ((numbers.end - numbers.start) as usize).div_ceil(BLOCK);
+        let mut paths: Vec<_> = (0..blocks).into_par_iter().flat_map_iter(block).collect();
+        paths.par_sort_by_cached_key(|(place, ..)| along_z_curve(*place));
+        paths
+            .par_chunks_mut(BLOCK)
+            .map(|block| {
+                if interrupt::requested() {
+                    return Err(Interrupted.into());
+                }
+                let mut tally = self.nothing(course);
+                for (place, net, point) in &mut *block {
+                    tally.begin(group_of(*net, *place, CELLS_OF_VIEW), self.cell(*place));
+                    let ray = self.field.start(*place, || point.pair());
+                    self.follow(course, ray, point, &mut tally);
+                }
+                progress(block.len() as u64);
+                Ok(tally)
+            })
+            .try_reduce(
+                || self.nothing(course),
+                |mut sum, part| {
+                    sum.add(&part);
+                    Ok(sum)
+                },
+            )
+    }
+
+    /// The cell of the view at a place of it, where the target fills the view.
+    fn cell(&self, place: [f64; 2]) -> Option<u16> {
+        let [x, y] = place.map(|at| (at * f64::from(CELLS)) as u16);
+        (self.bed.domain.sides != Sides::Open).then_some(x + CELLS * y)
+    }
+
+    /// One path of a camera, whose ray is given in the coordinates of the scene and comes from above; a ray that never
+    /// comes down misses.
+    pub(crate) fn path_of_camera(
+        &self,
+        course: &Course,
+        (origin, direction): (DVec3, DVec3),
+        random: &mut Point,
+        tally: &mut Tally,
+    ) {
+        match self.field.enter(origin, direction) {
+            Some(ray) => self.follow(course, ray, random, tally),
+            None => tally.ended(1.0),
+        }
+    }
+
+    /// A path from its first ray on.
+    fn follow(&self, course: &Course, mut ray: Ray, random: &mut Point, tally: &mut Tally) {
+        let mut left = None;
+        let mut weight = 1.0;
+        let mut event = self.next(&mut ray);
+        loop {
+            match event {
+                Event::Sky => return tally.ended(ray.direction.z),
+                Event::Lost => return tally.trapped(),
+                Event::Inside { mesh } => return tally.buried(left, mesh),
+                Event::Hit { mesh, material, point, normal } => {
+                    left = mesh;
+                    let facet = course.facets[usize::from(material)];
+                    let (symbol, hits) =
+                        tally.hit(material, facet.by_angle, -ray.direction.dot(normal));
+                    weight *= course.greatest[symbol];
+                    if hits >= course.most_hits || weight * tally.share() < course.least_weight {
+                        return tally.trapped();
+                    }
+                    let mut numbers = random.pair();
+                    // The first hit sends out several rays, and is worth them.
+                    if hits > 1 && !course.kept.order {
+                        let times = (RAISED_TO / (weight * tally.share())) as u64;
+                        let times = times.min(STANDS_FOR / tally.stands_for());
+                        if times > 1 {
+                            // What is left of the number is as random as it was.
+                            numbers[1] *= times as f64;
+                            let goes_on = numbers[1] < 1.0;
+                            tally.roulette(times, goes_on);
+                            if !goes_on {
+                                return;
+                            }
+                        }
+                    }
+                    let leaving = Leaving::new(ray, point, facet, normal, numbers);
+                    (ray, event) = if hits == 1 && facet.specular < 1.0 {
+                        match self.split(&leaving, random, tally) {
+                            Some(rest) => rest,
+                            None => return,
+                        }
+                    } else {
+                        let mut ray = leaving.ray(0);
+                        let event = self.next(&mut ray);
+                        (ray, event)
+                    };
+                }
+            }
+        }
+    }
+
+    /// Tries several directions at a path's first hit, where the sky is met most often. Those that meet it bring their
+    /// parts of the path there; the others together go on along one of them: along the first if it is blocked, for its
+    /// hit is known, else along any.
+    ///
+    /// Each direction is distributed as a single one would be. So is the one that goes on, among those that are blocked: as the
+    /// lattice's turns are alike, the first is as likely any one of them, and it is blocked as often as their share is. So no mean
+    /// changes, only its noise.
+    fn split(
+        &self,
+        leaving: &Leaving,
+        random: &mut Point,
+        tally: &mut Tally,
+    ) -> Option<(Ray, Event)> {
+        let mut first = leaving.ray(0);
+        let event = self.next(&mut first);
+        let is_open = matches!(event, Event::Sky);
+        let (mut cosines, mut open) = ([0.0; PARTS as usize], 0);
+        let (mut blocked, mut count) = ([0; PARTS as usize], 0);
+        for number in 0..PARTS {
+            let mut ray = if number == 0 { first } else { leaving.ray(number) };
+            if if number == 0 { is_open } else { self.sees_sky(&mut ray) } {
+                cosines[open] = ray.direction.z;
+                open += 1;
+            } else {
+                blocked[count] = number;
+                count += 1;
+            }
+        }
+        tally.escaped(&cosines[..open]);
+        if count == 0 {
+            return None;
+        }
+        if !is_open {
+            return Some((first, event));
+        }
+        let [among, _] = random.pair();
+        let mut ray = leaving.ray(blocked[(among * count as f64) as usize]);
+        let event = self.next(&mut ray);
+        Some((ray, event))
+    }
+
+    /// Whether a ray reaches the sky.
+    fn sees_sky(&self, ray: &mut Ray) -> bool {
+        let any = |ray: &Ray, t_max| self.accelerator.any(ray.origin, ray.direction, t_max);
+        matches!(self.field.follow(ray, |ray, t_max| any(ray, t_max).then_some(())), Meets::Sky)
+    }
+
+    /// Follows a ray to the next surface.
+    fn next(&self, ray: &mut Ray) -> Event {
+        let closest = |ray: &Ray, t_max| self.accelerator.closest(ray.origin, ray.direction, t_max);
+        match self.field.follow(ray, closest) {
+            Meets::Mesh(hit) => self.at_mesh(&hit, ray.direction),
+            Meets::Plane { material, point, normal } => {
+                Event::Hit { mesh: None, material, point, normal }
+            }
+            Meets::Sky => Event::Sky,
+            Meets::Lost => Event::Lost,
+        }
+    }
+
+    /// The hit point, lifted off the surface, and the normal on the ray's side.
+    fn at_mesh(&self, hit: &Hit, direction: DVec3) -> Event {
+        let place = &self.bed.placements[hit.placement];
+        let mesh = &self.bed.meshes[place.mesh];
+        let [a, b, c] = hit.corners.map(glam::Vec3::as_dvec3);
+        let [v, w] = hit.weights;
+        let point = place.to_scene.transform_point3(a + v * (b - a) + w * (c - a));
+        let matrix = place.to_scene.matrix3;
+        let (ab, ac) = (matrix * (b - a), matrix * (c - a));
+        let cross = ab.cross(ac);
+        let mirrored = matrix.determinant() < 0.0;
+        let outward = cross.normalize() * if mirrored { -1.0 } else { 1.0 };
+        let behind = outward.dot(direction) > 0.0;
+        if behind && mesh.closed {
+            return Event::Inside { mesh: place.mesh };
+        }
+        let normal = if behind { -outward } else { outward };
+        // The narrower a triangle, the less certain is which way it faces.
+        let narrow = ab.length() * ac.length() / cross.length();
+        Event::Hit {
+            mesh: Some(place.mesh),
+            material: mesh.materials[hit.triangle],
+            point: point + self.lift_um[hit.placement] * narrow * normal,
+            normal,
+        }
+    }
+
+    /// What the sensor sees at a place of its view, of a field over its first patch, 0 to 1 from the left and
+    /// from below: the material and the cosine between the facet's normal and the direction to the sensor.
+    pub fn look(&self, place: [f64; 2]) -> Option<(u16, f64)> {
+        match self.next(&mut self.field.start(place, || [0.0, 0.0])) {
+            Event::Hit { material, normal, .. } => Some((material, normal.dot(self.bed.to_sensor))),
+            Event::Sky | Event::Lost | Event::Inside { .. } => None,
+        }
+    }
+
+    /// The mesh, unless it is the floor or cut by a side, and the material that the sensor sees at a place of its view,
+    /// of a field over its first patch.
+    pub fn first(&self, place: [f64; 2]) -> Option<(Option<usize>, u16)> {
+        match self.next(&mut self.field.start(place, || [0.0, 0.0])) {
+            Event::Hit { mesh, material, .. } => Some((mesh, material)),
+            Event::Sky | Event::Lost | Event::Inside { .. } => None,
+        }
+    }
+}
+
+/// Where a place of the view lies on Morton's curve: the bits of its coordinates in turns.
+fn along_z_curve(place: [f64; 2]) -> u32 {
+    let [x, y] = place.map(|at| (at * 65536.0) as u32);
+    (0..16).map(|bit| (x >> bit & 1) << (2 * bit) | (y >> bit & 1) << (2 * bit + 1)).sum()
+}

@@ -1,0 +1,77 @@
+//! The rules that paths go by, and what of them has to be kept.
+
+use crate::histogram::tally::{COSINES, Kept, ZENITHS};
+use crate::scene::Scene;
+use crate::spectrum::Spectrum;
+use crate::support::random::Sampler;
+use crate::table::materials::specular;
+
+/// Hits after which a path is given up, however much it may still carry: two mirrors face to face would hold it for
+/// ever.
+pub const MOST_HITS: u16 = 128;
+
+/// How a facet sends on what it reflects.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Facet {
+    /// The share that is specular, 0 to 1; the rest is Lambertian.
+    pub specular: f64,
+    /// Whether its reflectance depends on the angle of the hit.
+    pub by_angle: bool,
+}
+
+impl Facet {
+    /// Reflects alike into all directions, alike from all.
+    pub const LAMBERTIAN: Self = Self { specular: 0.0, by_angle: false };
+}
+
+/// The rules that paths go by.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Course {
+    /// What is kept of a path.
+    pub kept: Kept,
+    /// The facets of each material.
+    pub facets: Vec<Facet>,
+    /// Where paths take their numbers from.
+    pub sampler: Sampler,
+    /// Hits after which a path is given up.
+    pub most_hits: u16,
+    /// The greatest reflectance of each symbol in any of the bands that matter.
+    pub greatest: Vec<f64>,
+    /// A path is given up when the product of those, times the share of it that is under way and the paths that it stands for, is
+    /// below this weight.
+    pub least_weight: f64,
+}
+
+impl Course {
+    /// The rules of a scene with these spectra: keeps the least that serves it. Paths go on to the last hit.
+    pub fn new(scene: &Scene, spectra: &[&Spectrum]) -> Self {
+        let facets: Vec<Facet> = scene
+            .materials
+            .iter()
+            .zip(spectra)
+            .map(|(material, spectrum)| {
+                let by_angle = spectrum.is_angular();
+                let specular = specular(material, spectrum);
+                Facet { specular, by_angle }
+            })
+            .collect();
+        let order = scene.materials.iter().any(|m| scene.temperature_of(m) != scene.temperature_k);
+        let cosines = if facets.iter().any(|facet| facet.by_angle) { COSINES } else { 1 };
+        let zeniths = if scene.sky_is_by_zenith() { ZENITHS } else { 1 };
+        let kept = Kept { order, cosines, zeniths };
+        let greatest = vec![1.0; kept.symbols(facets.len())];
+        let sampler = Sampler::Even;
+        Self { kept, facets, sampler, most_hits: MOST_HITS, greatest, least_weight: 0.0 }
+    }
+
+    /// Gives paths up whose weight is below `least_weight` in each of the bands, which are given as a reflectance for
+    /// each symbol.
+    #[must_use]
+    pub fn ending_below(mut self, least_weight: f64, bands: &[Vec<f64>]) -> Self {
+        for (symbol, greatest) in self.greatest.iter_mut().enumerate() {
+            *greatest = bands.iter().map(|band| band[symbol]).fold(0.0, f64::max);
+        }
+        self.least_weight = least_weight;
+        self
+    }
+}

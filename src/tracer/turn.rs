@@ -1,0 +1,46 @@
+//! How the patch stands in a cell of a field.
+
+use glam::DVec3;
+
+/// One of the eight symmetries of a square, about the middle of the patch: x and y change places, or not,
+/// and then either may be turned over.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Turn {
+    pub(super) swapped: bool,
+    /// Of the field's axes.
+    pub(super) flipped: [bool; 2],
+}
+
+impl Turn {
+    /// The turn of a cell. Of a patch that is not square x and y stay in their places.
+    pub(super) fn drawn(seed: u64, cell: [i32; 2], square: bool) -> Self {
+        let [x, y] = cell.map(|number| u64::from(number as u32));
+        let bits = scrambled(scrambled(seed) ^ (x << 32 | y));
+        let bit = |number: u64| bits >> number & 1 == 1;
+        Self { swapped: square && bit(0), flipped: [bit(1), bit(2)] }
+    }
+
+    /// The axis of the field that an axis of the patch lies along, or the other way round.
+    pub(super) fn other(self, axis: usize) -> usize {
+        if self.swapped { 1 - axis } else { axis }
+    }
+
+    /// A direction of the field in the patch.
+    pub(super) fn to_patch(self, direction: DVec3) -> DVec3 {
+        let mut turned = direction;
+        for axis in 0..2 {
+            let over = self.other(axis);
+            turned[axis] = if self.flipped[over] { -direction[over] } else { direction[over] };
+        }
+        turned
+    }
+}
+
+/// The output function of SplitMix64 (Steele, Lea and Flood, OOPSLA 2014): every bit of the result depends on
+/// every bit given.
+pub(super) fn scrambled(bits: u64) -> u64 {
+    let mut z = bits.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}

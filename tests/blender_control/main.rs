@@ -1,8 +1,0 @@
-//! How Blender is found and run, shown on scripts that pose as one and on the real ones.
-
-mod doctor;
-mod fake;
-mod jobs;
-mod search;
-#[path = "../support/mod.rs"]
-mod support;

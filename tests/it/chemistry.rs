@@ -1,0 +1,344 @@
+//! Where facets have their reflectance from: what `inverted` gives back, where `fresnel` does not hold, what is refused, and
+//! what a result says of all that.
+
+use std::fs;
+
+use serde_json::{Value, json};
+use soilsig::signature;
+use soilsig::spectrum::format::{Reading, read_one};
+use soilsig::spectrum::{PureBed, Spectrum, SpectrumError};
+use soilsig::table::Table;
+
+use crate::support::{Place, Tool, shipped, tool};
+
+/// A closed box, 300 um a side: its mean chord is 4 V / S = 200 um.
+const BOX: &str = "v 0 0 0\nv 300 0 0\nv 300 300 0\nv 0 300 0\nv 0 0 300\nv 300 0 300\nv 300 300 300\nv 0 300 300\n\
+    usemtl quartz\nf 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+const PLATE: &str = "v 0 0 0\nv 300 0 0\nv 300 300 0\nv 0 300 0\nusemtl quartz\nf 1 2 3 4\n";
+/// Two facets at right angles, open upward: a ray from above meets both.
+const GROOVE: &str = "v 150 0 0\nv 150 300 0\nv 300 0 150\nv 300 300 150\nv 0 0 150\nv 0 300 150\nusemtl quartz\n\
+    f 1 3 4 2\nf 1 2 6 5\n";
+
+/// A scene of one mesh and one material.
+fn scene(place: &Place, obj: &str, material: &Value) -> String {
+    fs::write(place.path("mesh.obj"), obj).expect("written");
+    let mut material = material.clone();
+    material["name"] = "quartz".into();
+    let scene = json!({
+        "soilsig_scene": 1, "name": "case", "seed": 1, "temperature_k": 300, "view": {"zenith_deg": 0},
+        "materials": [material],
+        "geometry": {"placed": {"prototypes": [{"name": "mesh", "file": "mesh.obj"}],
+            "domain": {"min_um": [0, 0], "max_um": [300, 300], "sides": "open"}}}
+    });
+    fs::write(place.path("scene.json"), scene.to_string()).expect("written");
+    "scene.json".into()
+}
+
+/// Runs the program there; returns its status, standard output and standard error.
+fn run(place: &Place, args: &[&str]) -> (i32, String, String) {
+    let output = place.soilsig(args).output().expect("it runs");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code().expect("a status"), text(output.stdout), text(output.stderr))
+}
+
+fn done(place: &Place, args: &[&str]) -> String {
+    let (status, out, err) = run(place, args);
+    assert_eq!(status, 0, "{args:?}\n{out}\n{err}");
+    out
+}
+
+fn refused(place: &Place, args: &[&str], part: &str) {
+    let (status, _, err) = run(place, args);
+    assert_eq!(status, 3, "{args:?}: {err}");
+    assert!(err.contains(part) && err.contains("hint:"), "{args:?}: {err}");
+}
+
+/// The shipped patch, all of one Lambertian material that is nearly white, traced.
+fn pure(place: &Place) -> Table {
+    let text = fs::read_to_string(shipped("settled_patch.json")).expect("shipped");
+    let mut scene: Value = serde_json::from_str(&text).expect("JSON");
+    scene["materials"] = json!([{"name": "rock", "spectrum": {"constant": 0.05}}]);
+    let placed = &mut scene["geometry"]["placed"];
+    placed["domain"]["floor"]["material"] = "rock".into();
+    for prototype in placed["prototypes"].as_array_mut().expect("prototypes") {
+        prototype["file"] = shipped("settled_patch.obj").into();
+        prototype["material"] = "rock".into();
+    }
+    fs::write(place.path("pure_scene.json"), scene.to_string()).expect("written");
+    let args =
+        ["trace", "pure_scene.json", "--out", "pure.json", "--paths", "20000", "--range", "9-9"];
+    done(place, &args);
+    Table::read(&place.path("pure.json")).expect("a table")
+}
+
+fn emissivity(table: &Table, um: &[f64]) -> Vec<f64> {
+    let bands = signature::evaluate(std::slice::from_ref(table), um).expect("within its range");
+    bands.iter().map(|band| band.emissivity.mean).collect()
+}
+
+#[test]
+fn a_pure_bed_of_inverted_facets_returns_the_powders_own_curve_to_rounding() {
+    let place = Place::new();
+    let mut table = pure(&place);
+    let um: Vec<f64> = (730..=1400).map(|i| f64::from(i) / 100.0).collect();
+    for powder in ["quartz_fine", "quartz_medium", "quartz_coarse"] {
+        let powder = Spectrum::builtin(powder).expect("shipped");
+        let bed = PureBed::read(&[place.path("pure.json")]).expect("a pure bed");
+        table.materials[0].spectrum = powder.clone();
+        let library = emissivity(&table, &um);
+        table.materials[0].spectrum = Spectrum::Inverted(Box::new(powder.clone()), bed);
+        let inverted = emissivity(&table, &um);
+        for (i, &um) in um.iter().enumerate() {
+            let own = powder.emissivity(um).expect("in range");
+            assert!((inverted[i] - own).abs() < 1e-12, "{um}: {} and {own}", inverted[i]);
+            // What `library` does instead: the powder's scattering once more.
+            assert!(library[i] > own || own > 1.0 - 1e-6, "{um}: {} and {own}", library[i]);
+        }
+    }
+}
+
+#[test]
+fn a_scene_inverts_by_tables_of_its_own_and_its_table_stands_alone() {
+    let place = Place::new();
+    pure(&place);
+    let spectrum = json!({"inverted": {"spectrum": {"constant": 0.6}, "pure_bed": ["pure.json"]}});
+    let scene = scene(&place, PLATE, &json!({"spectrum": spectrum}));
+    let out = done(&place, &["trace", &scene, "--out", "t.json"]);
+    assert!(out.contains("inverted") && out.contains("standard error"), "{out}");
+    fs::remove_file(place.path("pure.json")).expect("there");
+    let plate = Table::read(&place.path("t.json")).expect("a table");
+    // A plate is no bed: it shows the facets themselves, darker than the powder.
+    let facet = emissivity(&plate, &[9.0])[0];
+    assert!(facet < 0.45 && facet > 0.2, "{facet}");
+}
+
+#[test]
+fn the_shipped_pure_bed_is_one_and_denser_than_a_random_bed_of_spheres() {
+    let inverted = |emissivity: f64| {
+        let source = json!({"inverted": {"spectrum": {"constant": emissivity}}});
+        let source = serde_json::from_value(source).expect("a source");
+        Spectrum::resolve(&source, std::path::Path::new("")).expect("shipped")
+    };
+    let Spectrum::Inverted(_, bed) = inverted(0.5) else { panic!("inverted") };
+    let sum: f64 = bed.escaped.iter().chain(&bed.given_up).sum();
+    assert!((sum - 1.0).abs() < 1e-9 && bed.standard_error < 0.01, "{sum} {}", bed.standard_error);
+    // Random beds of Lambertian spheres, volume fraction .33, from a computation of its own: looser, and so more emissive.
+    for (facet, of_spheres) in
+        [(0.371, 0.649), (0.5, 0.736), (0.76, 0.883), (0.858, 0.932), (0.95, 0.977)]
+    {
+        let back = 1.0 - bed.reflectance(1.0 - facet);
+        assert!(back > facet + 0.2 * (of_spheres - facet), "{facet}: {back}");
+        assert!(
+            back < of_spheres && of_spheres - back < 0.08,
+            "{facet}: {back}, spheres {of_spheres}"
+        );
+        let there = inverted(back).emissivity(9.0).expect("no bound");
+        assert!((there - facet).abs() < 1e-12, "{facet}: {there}");
+    }
+    for end in [0.0, 1.0] {
+        let facet = inverted(end).emissivity(9.0);
+        match facet {
+            Ok(facet) => assert!((facet - end).abs() < 1e-9, "{end}: {facet}"),
+            // Paths that were given up leave open whether white facets would do.
+            Err(SpectrumError::NoFacet { .. }) => assert!(end == 0.0 && !bed.given_up.is_empty()),
+            Err(error) => panic!("{error}"),
+        }
+    }
+}
+
+#[test]
+fn a_powder_that_no_facet_can_make_is_refused_by_band_and_value() {
+    let bed = PureBed {
+        title: "made up".into(),
+        escaped: vec![0.0, 0.5, 0.1],
+        given_up: vec![0.0, 0.0, 0.0, 0.4],
+        standard_error: 0.0,
+    };
+    let of = |emissivity| Spectrum::Inverted(Box::new(Spectrum::Constant(emissivity)), bed.clone());
+    assert!(of(0.21).emissivity(9.5).is_ok());
+    let error = of(0.19).emissivity(9.5).expect_err("white facets give .8");
+    let said = error.to_string();
+    assert!(
+        said.contains("9.5 um") && said.contains("0.1900") && said.contains("0.2000"),
+        "{said}"
+    );
+}
+
+#[test]
+fn what_is_no_pure_bed_or_no_powder_is_refused() {
+    let place = Place::new();
+    let (mesh, grey) =
+        (scene(&place, GROOVE, &json!({"spectrum": {"constant": 0.5}})), "grey.json");
+    done(&place, &["trace", &mesh, "--out", grey]);
+    let shiny = scene(&place, GROOVE, &json!({"spectrum": {"constant": 0.5}, "specular": 0.5}));
+    done(&place, &["trace", &shiny, "--out", "shiny.json"]);
+    let angular = scene(&place, GROOVE, &json!({"spectrum": {"fresnel": "quartz"}}));
+    done(&place, &["trace", &angular, "--out", "angular.json"]);
+    done(
+        &place,
+        &["trace", &shipped("settled_patch.json"), "--out", "many.json", "--tolerance", "0.05"],
+    );
+    let inverted = |spectrum: Value, beds: &[&str]| {
+        let source = json!({"inverted": {"spectrum": spectrum, "pure_bed": beds}});
+        scene(&place, PLATE, &json!({"spectrum": source}))
+    };
+    for (table, part) in [
+        ("many.json", "one material"),
+        ("shiny.json", "Lambertian"),
+        ("angular.json", "Lambertian"),
+        ("scene.json", "pure bed"),
+    ] {
+        let scene = inverted(json!({"constant": 0.6}), &[table]);
+        refused(&place, &["trace", &scene, "--out", "t.json"], part);
+    }
+    let twice = inverted(json!({"constant": 0.6}), &[grey, grey]);
+    refused(&place, &["trace", &twice, "--out", "t.json"], "same bed");
+    for spectrum in
+        [json!({"fresnel": "quartz"}), json!({"inverted": {"spectrum": {"constant": 0.5}}})]
+    {
+        let scene = inverted(spectrum, &[]);
+        let (status, _, err) = run(&place, &["trace", &scene, "--out", "t.json"]);
+        assert!(status == 3 && err.contains("inverted.spectrum: it must be"), "{err}");
+    }
+}
+
+#[test]
+fn bands_in_which_fresnel_grains_let_light_through_are_marked() {
+    let place = Place::new();
+    let quartz = json!({"spectrum": {"fresnel": "quartz"}});
+    let scene_file = scene(&place, BOX, &quartz);
+    let out = done(&place, &["trace", &scene_file, "--out", "t.json"]);
+    assert!(out.contains("fresnel facets do not hold at"), "{out}");
+    let table = Table::read(&place.path("t.json")).expect("a table");
+    let chord_um = table.materials[0].mean_chord_um.expect("a closed box");
+    assert!((chord_um - 200.0).abs() < 1e-9, "{chord_um}");
+    // exp(-4 pi k chord / wavelength), by the constants' k: .0402 and .0335 at 10 um, .0087 and .0082 at 11 um.
+    for (um, valid) in [(9.0, true), (8.6, true), (11.0, false), (11.5, false)] {
+        assert_eq!(table.materials[0].is_valid(um), valid, "{um}");
+    }
+    done(&place, &["signature", "t.json", "--out", "s.csv", "--plot", "s.svg"]);
+    let mut rows = csv::Reader::from_path(place.path("s.csv")).expect("a CSV file");
+    let at =
+        rows.headers().expect("headings").iter().position(|h| h == "valid").expect("the column");
+    let mut marked = 0;
+    for row in rows.records() {
+        let row = row.expect("a row");
+        let um: f64 = row[0].parse().expect("a number");
+        assert_eq!(&row[at] == "1", table.materials[0].is_valid(um), "{um}");
+        marked += u32::from(&row[at] == "0");
+    }
+    assert!(marked > 100, "{marked}");
+    let chart = fs::read_to_string(place.path("s.svg")).expect("written");
+    assert!(chart.contains("Hatched"));
+    // Ten times larger it is opaque where it was not.
+    let large = BOX.replace("300", "30000");
+    fs::write(place.path("mesh.obj"), large).expect("written");
+    done(&place, &["trace", &scene_file, "--out", "t.json"]);
+    let table = Table::read(&place.path("t.json")).expect("a table");
+    assert!((750..=1400).all(|i| table.materials[0].is_valid(f64::from(i) / 100.0)));
+    // Opaque or not, a grain of three wavelengths is no mirror.
+    fs::write(place.path("mesh.obj"), BOX.replace("300", "40")).expect("written");
+    done(&place, &["trace", &scene_file, "--out", "t.json"]);
+    let table = Table::read(&place.path("t.json")).expect("a table");
+    assert!((750..=1400).all(|i| !table.materials[0].is_valid(f64::from(i) / 100.0)));
+    // What has no inside is taken for the surface of something thick.
+    let plate = scene(&place, PLATE, &quartz);
+    let out = done(&place, &["trace", &plate, "--out", "t.json"]);
+    assert!(!out.contains("do not hold"), "{out}");
+    assert_eq!(
+        Table::read(&place.path("t.json")).expect("a table").materials[0].mean_chord_um,
+        None
+    );
+}
+
+#[test]
+fn fresnel_facets_are_specular_unless_the_scene_says_otherwise() {
+    let place = Place::new();
+    let curve = |specular: Option<f64>| {
+        let mut material = json!({"spectrum": {"fresnel": "quartz"}});
+        if let Some(share) = specular {
+            material["specular"] = share.into();
+        }
+        let scene = scene(&place, GROOVE, &material);
+        done(
+            &place,
+            &["trace", &scene, "--out", "t.json", "--tolerance", "0.002", "--range", "9-9"],
+        );
+        emissivity(&Table::read(&place.path("t.json")).expect("a table"), &[9.0])[0]
+    };
+    let quartz = Spectrum::fresnel("quartz").expect("shipped");
+    let at_45 = quartz.reflectance_at(9.0, 0.5_f64.sqrt()).expect("held");
+    assert!((curve(None) - (1.0 - at_45 * at_45)).abs() < 3e-3);
+    assert_eq!(curve(None), curve(Some(1.0)));
+    // Lambertian facets send half or so past each other: less is absorbed.
+    assert!(curve(Some(0.0)) < curve(None) - 0.02);
+}
+
+#[test]
+fn a_result_says_where_facets_have_their_reflectance_from_and_what_that_means() {
+    let place = Place::new();
+    let header = "Name: Made up\nParticle Size: Fine\nSample No.: X-1\nMeasurement: Bidirectional reflectance\n\
+        X Units: Wavelength (micrometers)\nY Units: Reflectance (percent)\nNumber of X Values: 2\n\
+        Additional Information: none\n\n";
+    fs::write(place.path("one_way.txt"), format!("{header}7.0\t10\n14.0\t20\n")).expect("written");
+    let library = scene(&place, PLATE, &json!({"spectrum": {"file": "one_way.txt"}}));
+    for args in [
+        &["trace", &library, "--out", "t.json"][..],
+        &["pipeline", "--scene", &library, "--out", "r"],
+    ] {
+        let out = done(&place, args);
+        assert!(out.contains("library") && out.contains("counts twice"), "{out}");
+        assert!(out.contains("warning: quartz") && out.contains("whole hemisphere"), "{out}");
+    }
+    let record = fs::read_to_string(place.path("r/run.json")).expect("written");
+    let record: Value = serde_json::from_str(&record).expect("JSON");
+    let facets = &record["reached"]["case"]["facets"]["quartz"];
+    assert_eq!(facets["mode"], "library");
+    assert_eq!(facets["warnings"].as_array().map(Vec::len), Some(1), "{facets}");
+    for (spectrum, mode, part) in [
+        (json!({"builtin": "quartz_fine"}), "library", "RMS 0.006"),
+        (json!({"inverted": {"spectrum": {"builtin": "quartz_fine"}}}), "inverted", "RMS 0.006"),
+        (json!({"fresnel": "quartz"}), "fresnel", "nothing fitted"),
+        (json!({"constant": 0.9}), "constant", "0.9 at every wavelength"),
+    ] {
+        let scene = scene(&place, PLATE, &json!({"spectrum": spectrum}));
+        let out = done(&place, &["trace", &scene, "--out", "t.json", "--json"]);
+        let reached: Value = serde_json::from_str(&out).expect("JSON");
+        let facets = &reached["facets"]["quartz"];
+        assert_eq!(facets["mode"], mode);
+        assert!(facets.to_string().contains(part), "{facets}");
+    }
+}
+
+/// By the library's own files, of which nothing is in the project.
+#[test]
+fn shipped_fits_keep_their_distance_to_the_measured_powders() {
+    let Some(folder) = tool(Tool::Library) else { return };
+    for (name, size) in
+        [("quartz_fine", "fine"), ("quartz_medium", "medium"), ("quartz_coarse", "coarse")]
+    {
+        let shipped = Spectrum::builtin(name).expect("shipped");
+        let Spectrum::Builtin(_, form) = &shipped else { panic!("a closed form") };
+        for (sample, rms) in
+            [("ts-1a", form.parameters.rms), ("ts-1b", form.parameters.rms_other_sample)]
+        {
+            let file = format!(
+                "mineral.silicate.tectosilicate.{size}.tir.{sample}.jpl.nicolet.spectrum.txt"
+            );
+            let measured = read_one(&folder.join(file), &Reading::default());
+            let measured = Spectrum::Tabulated(measured.expect("the library's file"));
+            let squares: f64 = (730..=1400)
+                .map(|i| f64::from(i) / 100.0)
+                .map(|um| {
+                    shipped.emissivity(um).expect("held") - measured.emissivity(um).expect("held")
+                })
+                .map(|error| error * error)
+                .sum();
+            let found = (squares / 671.0).sqrt();
+            assert!(
+                (found - rms).abs() < 0.05 * rms + 5e-5,
+                "{name} {sample}: {found}, said {rms}"
+            );
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! Means to a standard error that is asked for, seen from one direction or from all.
+
+use glam::DVec3;
+use soilsig::geometry::Bed;
+use soilsig::histogram::tally::{Kept, Tally};
+use soilsig::histogram::{Histogram, Mean, Sources};
+use soilsig::support::random::{Purpose, Sampler};
+use soilsig::tracer::Tracer;
+use soilsig::tracer::rules::{Course, Facet, MOST_HITS};
+
+/// The standard error of every check.
+const STANDARD_ERROR: f64 = 1e-4;
+
+/// Weight below which paths end: it may hide a hundredth of what is allowed.
+const LEAST_WEIGHT: f64 = 1e-6;
+
+/// Paths after which the standard error is looked at first; then they are doubled.
+const LEAST: u64 = 1 << 17;
+
+/// Directions over a hemisphere. What is seen from them changes without a jump, so that the midpoint rule errs by
+/// the order of their number to the power of -2.
+const DIRECTIONS: u64 = 256;
+
+/// Where the sensor stands.
+#[derive(Clone, Copy)]
+pub enum View {
+    /// At this zenith angle in the east.
+    From { zenith_deg: f64 },
+    /// All around a body of revolution, by the cosine: sin^2 of the zenith angle is uniform, and one azimuth does
+    /// for all.
+    HemisphereOfRound,
+    /// All around a profile without end along y, by the cosine. Where a ray meets it depends on the ray's
+    /// projection on the x-z plane alone, and the sine of that angle is uniform.
+    HemisphereOfProfile,
+}
+
+impl View {
+    fn to_sensor(self) -> Vec<DVec3> {
+        let midpoints = || (0..DIRECTIONS).map(|i| (i as f64 + 0.5) / DIRECTIONS as f64);
+        let east = |sin: f64| DVec3::new(sin, 0.0, (1.0 - sin * sin).sqrt());
+        match self {
+            Self::From { zenith_deg } => vec![east(zenith_deg.to_radians().sin())],
+            Self::HemisphereOfRound => midpoints().map(|u| east(u.sqrt())).collect(),
+            // Profiles that are their own mirror images: one side does.
+            Self::HemisphereOfProfile => midpoints().map(east).collect(),
+        }
+    }
+}
+
+/// One less the mean weight for each set of reflectances, all from the same paths: the emissivity, and the radiosity
+/// where all emit as a black body of 1 would.
+pub fn emissivities(bed: &Bed, view: View, reflectances: &[Vec<f64>]) -> Vec<Mean> {
+    traced(bed, view, Kept::PLAIN, reflectances, &|histogram| {
+        let of = |rho: &Vec<f64>| {
+            let weight = histogram.weight(rho);
+            Mean { mean: 1.0 - weight.mean, ..weight }
+        };
+        reflectances.iter().map(of).collect()
+    })
+}
+
+/// The mean radiance that leaves what is looked at, where materials have these black-body radiances.
+pub fn radiosity(bed: &Bed, view: View, reflectance: &[f64], l_blackbody: &[f64]) -> Mean {
+    let kept = Kept { order: true, ..Kept::PLAIN };
+    let means = traced(bed, view, kept, &[reflectance.to_vec()], &|histogram| {
+        let sources = Sources { reflectance, l_blackbody, l_sky: &[0.0] };
+        vec![histogram.radiance(sources).l_target]
+    });
+    means[0]
+}
+
+fn traced(
+    bed: &Bed,
+    view: View,
+    kept: Kept,
+    reflectances: &[Vec<f64>],
+    means: &dyn Fn(&Histogram) -> Vec<Mean>,
+) -> Vec<Mean> {
+    let course = Course {
+        kept,
+        facets: vec![Facet::LAMBERTIAN; bed.materials],
+        sampler: Sampler::Even,
+        most_hits: MOST_HITS,
+        greatest: vec![1.0; bed.materials],
+        least_weight: 0.0,
+    };
+    let course = course.ending_below(LEAST_WEIGHT, reflectances);
+    let tracers: Vec<Tracer> = view
+        .to_sensor()
+        .into_iter()
+        .map(|to_sensor| Tracer::new(Bed { to_sensor, ..bed.clone() }))
+        .collect();
+    let mut tally = Tally::new(bed.materials, kept);
+    let (mut from, mut to) = (0, (LEAST / tracers.len() as u64).max(32));
+    loop {
+        // The same number of paths in each direction.
+        for (seed, tracer) in tracers.iter().enumerate() {
+            let part = tracer.trace(&course, seed as u64, Purpose::Result, from..to, &|_| ());
+            tally.add(&part.expect("not interrupted"));
+        }
+        let mut histogram = Histogram::of(&tally);
+        past_collar(&mut histogram, bed.materials);
+        let means = means(&histogram);
+        if means.iter().all(|mean| mean.standard_error <= STANDARD_ERROR) {
+            return means;
+        }
+        (from, to) = (to, 2 * to);
+    }
+}
+
+/// Leaves out paths that met the last of the materials, the collar about an opening: they looked past it.
+fn past_collar(histogram: &mut Histogram, materials: usize) {
+    if histogram.kept.order || materials == 1 {
+        return;
+    }
+    for states in [&mut histogram.escaped, &mut histogram.trapped] {
+        states.retain(|(state, _)| state[materials - 1] == 0);
+    }
+}
+
+/// Within three standard errors, and what trapped paths leave open.
+pub fn assert_is(mean: Mean, exact: f64, what: &str) {
+    let Mean { mean, standard_error, trapped } = mean;
+    assert!(standard_error <= STANDARD_ERROR && trapped <= LEAST_WEIGHT, "{what}");
+    let off = (mean - exact) / standard_error;
+    println!(
+        "{what}: {mean:.6} +- {standard_error:.6}, exact {exact}, {off:.1} standard errors off"
+    );
+    assert!(
+        (mean - exact).abs() < 3.0 * standard_error + trapped,
+        "{what}: {mean} +- {standard_error}, exact {exact}"
+    );
+}

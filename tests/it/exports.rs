@@ -1,0 +1,152 @@
+//! Scenes for other programs, and back.
+
+use std::fs;
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+use serde_json::{Value, json};
+use soilsig::geometry::Domain;
+use soilsig::products::export::{self, To};
+use soilsig::scene::{Grid, Scene, SpectrumSource};
+use soilsig::signature;
+use soilsig::table::Target;
+use soilsig::tracer::trace;
+
+fn emissivities(path: &Path, grid: &Grid) -> Vec<(f64, f64)> {
+    let scene = Scene::read(path).expect("the scene is sound");
+    let tracer = trace::tracer(&scene, path).expect("its meshes are sound");
+    let target = Target::of(0.004);
+    let table =
+        trace::trace(&tracer, &scene, path, grid, target, None, &|_, _| ()).expect("traced");
+    let bands = signature::evaluate(&[table], &grid.wavelengths_um()).expect("bands");
+    bands.iter().map(|band| (band.emissivity.mean, band.emissivity.half_width)).collect()
+}
+
+#[test]
+fn a_scene_comes_back_from_dirsigs_files_with_the_same_emissivity() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
+    let mut json: Value =
+        serde_json::from_str(&fs::read_to_string(&shipped).expect("a scene")).expect("JSON");
+    for prototype in json["geometry"]["placed"]["prototypes"].as_array_mut().expect("a list") {
+        let file = shipped.with_file_name(prototype["file"].as_str().expect("a name"));
+        prototype["file"] = file.display().to_string().into();
+    }
+    json["geometry"]["placed"]["domain"]["sides"] = "open".into();
+    json["materials"][1]["temperature_k"] = json!(310.0);
+    let original = folder.path().join("original.json");
+    fs::write(&original, json.to_string()).expect("written");
+    let scene = Scene::read(&original).expect("a scene");
+    let bundle = folder.path().join("bundle");
+    let grid = Grid::new(8.0, 12.0, 0.1).expect("a grid");
+    let lost = export::export(&scene, &original, To::Dirsig, &grid.wavelengths_um(), &bundle)
+        .expect("written");
+    assert!(lost.iter().any(|sentence| sentence.contains("MAX_BOUNCES")), "{lost:?}");
+    let (imported, _) =
+        export::import(&bundle.join("scene.odb"), &bundle.join("scene.mat"), &bundle)
+            .expect("read");
+    let temperatures: Vec<f64> =
+        imported.materials.iter().map(|m| imported.temperature_of(m)).collect();
+    assert_eq!(temperatures, [300.0, 310.0, 300.0]);
+    let ems = |m: &soilsig::scene::Material| matches!(&m.spectrum, SpectrumSource::File(f) if f.is_relative());
+    assert!(imported.materials.iter().all(ems), "files beside the scene are named so");
+    // DIRSIG's files have no domain: it is that of the original.
+    let mut back = serde_json::to_value(&imported).expect("plain data");
+    let mut domain = json["geometry"]["placed"]["domain"].clone();
+    domain.as_object_mut().expect("an object").remove("floor");
+    back["geometry"]["placed"]["domain"] = domain;
+    let path = bundle.join("back.json");
+    fs::write(&path, back.to_string()).expect("written");
+    for (a, b) in emissivities(&original, &grid).iter().zip(emissivities(&path, &grid)) {
+        assert!((a.0 - b.0).abs() < 1.5 * a.1.hypot(b.1), "{a:?} {b:?}");
+    }
+}
+
+/// Materials whose names are numbers: another's name is no ID.
+#[test]
+fn faces_keep_their_materials_whatever_these_are_called() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("a.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl 1\nf 1 2 3\n").expect("written");
+    let entry = |name: &str, id: &str, file: &str| {
+        format!("MATERIAL_ENTRY {{\n NAME = {name}\n ID = {id}\n EMISSIVITY_FILE = {file}\n}}\n")
+    };
+    let list = entry("1", "2", "two.ems") + &entry("other", "1", "one.ems");
+    fs::write(at("a.mat"), list).expect("written");
+    let object = |places: &str| {
+        format!("DIRSIG_ODB = 1.0\nOBJECT {{\n OBJ_FILENAME = a.obj\n UNITS = METERS\n{places}}}\n")
+    };
+    let places = " INSTANCES {\n  INFO = 0 0 0 1 1 1 0 0 0\n }\n";
+    fs::write(at("a.odb"), object(places)).expect("written");
+    let import = || export::import(&at("a.odb"), &at("a.mat"), folder.path());
+    let (scene, _) = import().expect("read");
+    let of_one =
+        |file: &SpectrumSource| matches!(file, SpectrumSource::File(f) if f.ends_with("one.ems"));
+    assert!(of_one(&scene.materials[0].spectrum), "{:?}", scene.materials);
+    fs::write(at("a.odb"), object("")).expect("written");
+    assert!(import().expect_err("nothing stands anywhere").to_string().contains("INSTANCES"));
+}
+
+/// Mitsuba looks along z with x to the left: what turns its axes into the scene's is no mirror. And it is least exact far from the
+/// origin: the domain's middle stands there.
+#[test]
+fn mitsubas_picture_is_not_mirrored_and_its_scene_is_about_the_origin() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
+    let scene = Scene::read(&path).expect("a scene");
+    export::export(&scene, &path, To::Mitsuba, &[8.0, 9.0, 10.0], folder.path()).expect("written");
+    let xml = fs::read_to_string(folder.path().join("scene.xml")).expect("written");
+    let matrix = |of: &str| -> Vec<f64> {
+        let (_, after) = xml.split_once(of).expect("it is there");
+        let (_, matrix) = after.split_once("matrix value=\"").expect("its place");
+        let numbers = matrix[..matrix.find('"').expect("its end")].split_whitespace();
+        numbers.map(|x| x.parse().expect("a number")).collect()
+    };
+    let sensor = matrix("<sensor");
+    let row = |i: usize| DVec3::from_slice(&sensor[4 * i..4 * i + 3]);
+    let axes = DMat3::from_cols(row(0), row(1), row(2)).transpose();
+    assert!(axes.determinant() > 0.0, "{axes}");
+    // Seen from above the picture's right is where x grows.
+    assert!(axes.x_axis.x < 0.0 && axes.y_axis.y > 0.0 && axes.z_axis.z < 0.0, "{axes}");
+    assert!(sensor[3].abs() < 1e-9 && sensor[7].abs() < 1e-9, "above the middle");
+    let tracer = trace::tracer(&scene, &path).expect("its meshes");
+    let Domain { min_um, max_um, .. } = tracer.bed().domain;
+    let first = matrix("<shape type=\"instance\"");
+    let from_middle = tracer.bed().placements[0].to_scene.translation - (min_um + max_um) / 2.0;
+    assert!((DVec3::new(first[3], first[7], first[11]) - from_middle).length() < 1e-9);
+}
+
+#[test]
+fn what_is_wrong_in_dirsigs_files_is_named_with_its_line() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let [odb, mat] = ["a.odb", "a.mat"].map(|name| folder.path().join(name));
+    fs::write(folder.path().join("a.obj"), "usemtl x\n").expect("written");
+    let material = "MATERIAL_ENTRY {\n ID = x\n EMISSIVITY_FILE = x.ems\n}\n";
+    let object =
+        "OBJECT {\n OBJ_FILENAME = a.obj\n UNITS = METERS\n INSTANCES {\n  INFO = 1 2 3\n }\n}\n";
+    let cases = [
+        ("OBJECT {\n", material, "is not closed"),
+        (
+            "DIRSIG_ODB = 1.0\nOBJECT {\n GDB_FILENAME = a.gdb\n}\n",
+            material,
+            "line 2: an object without",
+        ),
+        (&format!("DIRSIG_ODB = 1.0\n{object}"), material, "line 6: an instance is 9 numbers"),
+        (
+            &format!("DIRSIG_ODB = 1.0\n{}", object.replace("METERS", "LEAGUES")),
+            material,
+            "line 4: UNITS = LEAGUES",
+        ),
+        (
+            &format!("DIRSIG_ODB = 1.0\n{}", object.replace("1 2 3", "0 0 0 1 1 1 0 0 0")),
+            "MATERIAL_ENTRY {\n ID = y\n}\n",
+            "no material \"x\"",
+        ),
+    ];
+    for (objects, materials, part) in cases {
+        fs::write(&odb, objects).expect("written");
+        fs::write(&mat, materials).expect("written");
+        let error = export::import(&odb, &mat, folder.path()).expect_err(part).to_string();
+        assert!(error.contains(part), "{error}");
+    }
+}

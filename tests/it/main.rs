@@ -1,0 +1,34 @@
+//! All tests through the library and the program, as one binary: each file or folder is a subject.
+
+mod blender_control;
+mod budget;
+mod chart;
+mod chemistry;
+mod closed_forms;
+mod command_line;
+mod course;
+mod dust;
+mod exports;
+mod failures;
+mod field;
+mod grains;
+mod image;
+mod independent_tracer;
+mod ingest;
+mod library;
+mod mitsuba;
+mod packings;
+mod pictures;
+mod pipeline;
+mod precision;
+mod python;
+mod radiometry;
+mod readers;
+mod reciprocity;
+mod separation;
+mod shards;
+mod spectra;
+mod stress;
+mod support;
+mod sureness;
+mod window;

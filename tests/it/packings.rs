@@ -1,0 +1,189 @@
+//! Several packings of one recipe, with real Blenders.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+use soilsig::support::random::seed_of;
+use soilsig::support::statistics::quantile_95;
+
+use crate::support::{a_blender, real_blenders, run_in};
+
+fn soilsig(folder: &Path, blender: &Path, args: &[&str]) -> String {
+    String::from_utf8(run_in(folder, blender, args).stdout).expect("UTF-8")
+}
+
+fn small() -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/small.json").display().to_string()
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).expect("written")).expect("JSON")
+}
+
+#[test]
+fn the_interval_holds_the_spread_between_packings() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(blender) = a_blender() else { return };
+    let run = |packings: &str| {
+        let args = ["pipeline", "--scene", &small(), "--packings", packings, "--out", "r"];
+        soilsig(folder.path(), &blender, &[&args[..], &["--tolerance", "0.3", "--json"]].concat())
+    };
+    let record: Value = serde_json::from_str(&run("3")).expect("JSON");
+    let reached = &record["reached"]["settled_patch"];
+    assert_eq!(reached["packings"], 3);
+    let out = folder.path().join("r");
+    let csv = fs::read_to_string(out.join("signature.csv")).expect("written");
+    let mut reader = csv::Reader::from_reader(csv.as_bytes());
+    // A path is given up below a fifth of the tolerance, here of the packing's own, and counts with half of that.
+    let most_open = 0.3 * 3_f64.sqrt() / 2.0 / 5.0 / 2.0;
+    for row in reader.records() {
+        let row = row.expect("a row");
+        let [error, half_width, rays, spread] =
+            [2, 3, 4, 5].map(|i| row[i].parse::<f64>().expect("a number"));
+        assert!((error - (spread / 3_f64.sqrt()).max(rays)).abs() < 2e-7, "{row:?}");
+        let open = half_width - quantile_95(3) * error;
+        assert!((-1e-5..most_open).contains(&open), "{row:?}");
+        assert!(spread > 0.0 && rays > 0.0, "{row:?}");
+    }
+    // The tables alone give the same curve.
+    let tables: Vec<String> = (1..=3).map(|i| format!("r/packings/{i}/table.json")).collect();
+    let mut args = vec!["signature"];
+    args.extend(tables.iter().map(String::as_str));
+    assert_eq!(soilsig(folder.path(), &blender, &args), csv);
+
+    // One packing more: the three that are there are not dropped again.
+    let times = |i: usize| json(&out.join(format!("packings/{i}/drop.json")))["timings_s"].clone();
+    let before: Vec<Value> = (1..=3).map(times).collect();
+    run("4");
+    assert_eq!((1..=3).map(times).collect::<Vec<_>>(), before);
+    assert!(out.join("packings/4/scene.json").is_file());
+    // Fewer: what is left over of the larger run goes.
+    run("2");
+    assert!(!out.join("packings/4/scene.json").exists());
+}
+
+/// A Blender makes several beds one after the other: none may know of those before it.
+#[test]
+fn a_packing_is_the_same_whatever_was_dropped_before_it() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (number, blender) in real_blenders().into_iter().enumerate() {
+        let (several, alone) = (format!("several{number}"), format!("alone{number}"));
+        let args = ["pipeline", "--scene", &small(), "--tolerance", "0.3", "--no-cache"];
+        let of = |more: &[&str]| soilsig(folder.path(), &blender, &[&args[..], more].concat());
+        of(&["--packings", "2", "--threads", "1", "--out", &several]);
+        of(&["--seed", &seed_of(1, 1).to_string(), "--out", &alone]);
+        let several = folder.path().join(several).join("packings/2");
+        let alone = folder.path().join(alone);
+        let read = |folder: &Path| fs::read(folder.join("prototypes.obj")).expect("written");
+        assert_eq!(read(&several), read(&alone));
+        let geometry = |folder: &Path| json(&folder.join("scene.json"))["geometry"].clone();
+        assert_eq!(geometry(&several), geometry(&alone));
+    }
+}
+
+#[test]
+fn packings_replay_to_the_byte() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(blender) = a_blender() else { return };
+    let args =
+        ["pipeline", "--scene", &small(), "--packings", "2", "--tolerance", "0.5", "--out", "r"];
+    soilsig(folder.path(), &blender, &args);
+    let said = soilsig(folder.path(), &blender, &["replay", "r/run.json", "--threads", "1"]);
+    for file in ["packings/2/scene.json", "packings/2/table.json", "signature.csv"] {
+        assert!(said.contains(&format!("{file}: the same")), "{said}");
+    }
+}
+
+/// The small recipe with so many fines on each grain, and so many grains of each class.
+fn dusted(folder: &Path, fines: u32, grains: u32) -> String {
+    let mut scene = json(Path::new(&small()));
+    for class in scene["geometry"]["packing"]["grains"].as_array_mut().expect("classes") {
+        class["fines"] = fines.into();
+        class["count"] = grains.into();
+    }
+    let path = folder.join("dusted.json");
+    fs::write(&path, scene.to_string()).expect("written");
+    path.display().to_string()
+}
+
+/// The record of a planned run of a scene.
+fn planned(folder: &Path, blender: &Path, scene: &str, tolerance: &str) -> Value {
+    let args = ["pipeline", "--scene", scene, "--packings", "auto", "--out", "r", "--json"];
+    let run = soilsig(folder, blender, &[&args[..], &["--tolerance", tolerance]].concat());
+    serde_json::from_str(&run).expect("JSON")
+}
+
+#[test]
+fn a_pilot_tells_how_many_packings_the_tolerance_takes() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(blender) = a_blender() else { return };
+    let record = planned(folder.path(), &blender, &dusted(folder.path(), 0, 6), "0.015");
+    let reached = &record["reached"]["settled_patch"];
+    let plan = &reached["plan"];
+    assert_eq!(record["options"]["packings"], "auto");
+    // Of six; where these say that more than twelve are wanted, of up to 24.
+    let pilot = plan["pilot"].as_u64().expect("a number");
+    assert!(pilot == 6 || (13..=24).contains(&pilot), "{plan}");
+    let spread = plan["spread"].as_f64().expect("a number");
+    // The floor and paths given up take some of the tolerance.
+    let least = (quantile_95(pilot as usize) * spread / 0.015).powi(2).ceil().max(pilot as f64);
+    let wanted = plan["wanted"].as_u64().expect("a number");
+    assert!(wanted > 6 && (least..=1.5 * least + 1.0).contains(&(wanted as f64)), "{plan}");
+    assert_eq!((&plan["packings"], &reached["packings"]), (&plan["wanted"], &plan["wanted"]));
+    assert_eq!((&plan["touching"], &plan["apart"]), (&false.into(), &0.0.into()));
+    assert_eq!(reached["tolerance_reached"], true);
+    let beds = fs::read_dir(folder.path().join("r/packings")).expect("written").count();
+    assert_eq!(beds as u64, wanted);
+}
+
+#[test]
+fn fines_are_dropped_until_they_touch_where_the_tolerance_has_no_room_for_hulls() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(blender) = a_blender() else { return };
+    let record = planned(folder.path(), &blender, &dusted(folder.path(), 10, 6), "0.012");
+    let reached = &record["reached"]["settled_patch"];
+    assert_eq!(
+        (&reached["plan"]["touching"], &reached["plan"]["apart"]),
+        (&true.into(), &0.0.into())
+    );
+    assert!(reached["budget"]["apart"].is_null());
+    let bed = json(&folder.path().join("r/packings/1/drop.json"));
+    assert_eq!(bed["attempts"][0]["settings"]["collision"], "hull_then_fines");
+    // Two hulls told that: they are not part of the result, and the record says so. No pilot of six hulls lies between them and the depth.
+    let stages = record["stages"].as_array().expect("a list");
+    let names: Vec<&str> = stages.iter().filter_map(|stage| stage["name"].as_str()).collect();
+    let looked = ["pilot drop", "pilot trace", "pilot depth"];
+    assert!(names.starts_with(&looked), "{names:?}");
+}
+
+/// A bed more than twice as deep as rays get: the beds whose fines touch, which cost the most, have no such depth.
+#[test]
+fn grains_that_no_ray_sees_are_not_dropped() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(blender) = a_blender() else { return };
+    let record = planned(folder.path(), &blender, &dusted(folder.path(), 10, 14), "0.015");
+    let reached = &record["reached"]["settled_patch"];
+    let depth = &reached["plan"]["depth"];
+    let [of, grains] = ["of", "grains"].map(|key| depth[key].as_u64().expect("a number"));
+    assert!(of == 42 && (6..=33).contains(&grains), "{depth}");
+    let change = depth["change"].as_f64().expect("a number");
+    assert!((0.0..=0.0015).contains(&change), "{depth}");
+    assert_eq!(
+        (&reached["plan"]["touching"], &reached["tolerance_reached"]),
+        (&true.into(), &true.into())
+    );
+    let placed = |bed: u64| {
+        let scene = json(&folder.path().join(format!("r/packings/{bed}/scene.json")));
+        scene["geometry"]["placed"]["instances"].as_array().expect("a list").len() as u64
+    };
+    let beds = reached["packings"].as_u64().expect("a number");
+    assert!((1..=beds).all(|bed| placed(bed) == grains));
+    // What a ray could find below them is still part of the result's uncertainty.
+    let floor = reached["budget"]["floor"].as_f64().expect("a number");
+    assert!(floor > 0.0 && floor < 0.015 / 2.0, "{floor}");
+    let said = soilsig(folder.path(), &blender, &["replay", "r/run.json"]);
+    for file in ["packings/2/scene.json", "packings/2/table.json", "signature.csv"] {
+        assert!(said.contains(&format!("{file}: the same")), "{said}");
+    }
+}

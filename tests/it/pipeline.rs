@@ -1,0 +1,367 @@
+//! The whole way, with real Blenders.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+use soilsig::scene::Scene;
+
+use crate::support::{Tool, a_blender, real_blenders, run_in, tool, trace_file};
+
+/// What the program printed: JSON, or words.
+fn soilsig(folder: &Path, blender: &Path, args: &[&str]) -> Value {
+    let text = String::from_utf8(run_in(folder, blender, args).stdout).expect("UTF-8");
+    serde_json::from_str(&text).unwrap_or(Value::String(text))
+}
+
+fn shipped(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name).display().to_string()
+}
+
+/// A signature's columns, by heading.
+fn columns(path: &Path) -> BTreeMap<String, Vec<f64>> {
+    let mut reader = csv::Reader::from_path(path).expect("a CSV file");
+    let headings: Vec<String> =
+        reader.headers().expect("headings").iter().map(str::to_owned).collect();
+    let mut columns: BTreeMap<String, Vec<f64>> =
+        headings.iter().map(|heading| (heading.clone(), Vec::new())).collect();
+    for row in reader.records() {
+        for (heading, field) in headings.iter().zip(row.expect("a row").iter()) {
+            // Of a single packing the spread is not known.
+            let value = if field.is_empty() { f64::NAN } else { field.parse().expect("a number") };
+            columns.get_mut(heading).expect("known").push(value);
+        }
+    }
+    columns
+}
+
+struct Curve {
+    um: Vec<f64>,
+    emissivity: Vec<f64>,
+    error: Vec<f64>,
+}
+
+impl Curve {
+    fn read(path: &Path) -> Self {
+        let mut columns = columns(path);
+        let mut take = |heading: &str| columns.remove(heading).expect("the column");
+        Self {
+            um: take("wavelength_um"),
+            emissivity: take("emissivity"),
+            error: take("emissivity_standard_error"),
+        }
+    }
+
+    /// Mean level of a window, and the mean of the standard errors in it: bands share their paths, so that
+    /// the mean is no surer than a band.
+    fn level(&self, from: f64, to: f64) -> (f64, f64) {
+        let inside: Vec<usize> =
+            (0..self.um.len()).filter(|&i| self.um[i] >= from && self.um[i] <= to).collect();
+        let mean =
+            |values: &[f64]| inside.iter().map(|&i| values[i]).sum::<f64>() / inside.len() as f64;
+        (mean(&self.emissivity), mean(&self.error))
+    }
+
+    fn extreme(&self, from: f64, to: f64, sign: f64) -> usize {
+        (0..self.um.len())
+            .filter(|&i| self.um[i] >= from && self.um[i] <= to)
+            .max_by(|&i, &j| (sign * self.emissivity[i]).total_cmp(&(sign * self.emissivity[j])))
+            .expect("bands in the window")
+    }
+
+    /// Peak less the mean of the two troughs, and its standard error at most.
+    fn contrast(&self) -> (f64, f64) {
+        let at = [
+            self.extreme(8.0, 8.62, -1.0),
+            self.extreme(8.55, 8.7, 1.0),
+            self.extreme(8.65, 9.5, -1.0),
+        ];
+        let [a, peak, b] = at.map(|i| self.emissivity[i]);
+        let [ea, ep, eb] = at.map(|i| self.error[i]);
+        (peak - f64::midpoint(a, b), ep + f64::midpoint(ea, eb))
+    }
+}
+
+/// That the values fall from each to the next by more than three of their standard errors.
+fn assert_falling(what: &str, values: &[(f64, f64)]) {
+    for pair in values.windows(2) {
+        let error = pair[0].1.hypot(pair[1].1);
+        assert!(pair[0].0 - pair[1].0 > 3.0 * error, "{what}: {values:?}");
+    }
+}
+
+/// The signs that the paper's Fig. 6 shows, from beds that Blender has just made. One packing of each
+/// coverage: the error bars are those of the rays, set small, and the signs hold beyond them.
+#[test]
+fn four_coverages_show_the_signs_of_the_paper() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(blender) = a_blender() else { return };
+    let args =
+        ["pipeline", "--coverage", "all", "--range", "7.3-14", "--tolerance", "0.0015", "--json"];
+    let record = soilsig(folder.path(), &blender, &args);
+    let out = folder.path().join("out/all");
+    let curves: Vec<Curve> = ["full", "less", "sparse", "bare"]
+        .iter()
+        .map(|coverage| Curve::read(&out.join(coverage).join("signature.csv")))
+        .collect();
+    let levels =
+        |from, to| -> Vec<(f64, f64)> { curves.iter().map(|c| c.level(from, to)).collect() };
+    assert_falling("level in 8-9.5 um", &levels(8.0, 9.5));
+    let turned = |values: &[(f64, f64)]| values.iter().rev().copied().collect::<Vec<_>>();
+    let contrasts: Vec<_> = curves.iter().map(Curve::contrast).collect();
+    assert_falling("contrast, turned round", &turned(&contrasts));
+    assert_falling("level in 10-12 um, turned round", &turned(&levels(10.0, 12.0)));
+    for curve in &curves {
+        let top = curve.extreme(7.3, 14.0, 1.0);
+        assert!(curve.um[top] <= 7.5 && curve.emissivity[top] > 0.99, "{} um", curve.um[top]);
+    }
+    // Troughs move outward as fines rule.
+    let bare = &curves[3];
+    assert!(
+        curves[0].um[curves[0].extreme(8.0, 8.62, -1.0)] < bare.um[bare.extreme(8.0, 8.62, -1.0)]
+    );
+    for file in
+        ["signatures.svg", "signatures.png", "run.json", "bare/scene.blend", "full/scene.glb"]
+    {
+        assert!(out.join(file).is_file(), "{file}");
+    }
+    assert_eq!(record["reached"].as_object().expect("scenes").len(), 4);
+    for (name, reached) in record["reached"].as_object().expect("scenes") {
+        assert!(reached["inside"].as_f64().expect("a share") < 1e-3, "{name}: {reached}");
+        assert!(reached["floor_effect"].as_f64().expect("an effect") < 0.005, "{name}: {reached}");
+    }
+}
+
+/// Every stage of a run that could be found in the cache, by name.
+fn cached(record: &Value) -> BTreeMap<&str, bool> {
+    let stages = record["stages"].as_array().expect("stages").iter();
+    stages
+        .map(|stage| (stage["name"].as_str().expect("a name"), stage["cached"] == true))
+        .filter(|(name, _)| *name != "signature")
+        .collect()
+}
+
+#[test]
+fn a_second_run_does_not_start_blender() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scene = shipped("small.json");
+    for (number, blender) in real_blenders().into_iter().enumerate() {
+        let out = format!("r{number}");
+        let run = |more: &[&str]| {
+            let args = ["pipeline", "--scene", &scene, "--out", &out, "--json"];
+            soilsig(folder.path(), &blender, &[&args, more].concat())
+        };
+        assert!(cached(&run(&[])).values().all(|cached| !cached));
+        let log = folder.path().join(&out).join("blender.log");
+        let first = fs::read(&log).expect("written");
+        assert!(cached(&run(&[])).values().all(|cached| *cached));
+        // Other bands are traced for anew, on the bed that is there.
+        let other = run(&["--range", "8-9"]);
+        assert_eq!((cached(&other)["drop"], cached(&other)["trace"]), (true, false));
+        assert_eq!(fs::read(&log).expect("still there"), first);
+        assert!(!cached(&run(&["--seed", "2"]))["drop"], "another seed is another bed");
+    }
+}
+
+/// A blender that counts its starts.
+fn counting(folder: &Path, blender: &Path) -> (PathBuf, PathBuf) {
+    let (wrapper, count) = (folder.join("blender"), folder.join("starts"));
+    let script = format!(
+        "#!/bin/sh\necho x >> '{}'\nexec '{}' \"$@\"\n",
+        count.display(),
+        blender.display()
+    );
+    fs::write(&wrapper, script).expect("written");
+    fs::set_permissions(&wrapper, fs::Permissions::from_mode(0o755)).expect("executable");
+    (wrapper, count)
+}
+
+#[test]
+fn not_even_its_version_is_asked_for_a_second_time() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(blender) = tool(Tool::Blender) else { return };
+    let (wrapper, count) = counting(folder.path(), &blender);
+    let starts = || fs::read_to_string(&count).expect("it was started").lines().count();
+    let args = ["pipeline", "--scene", &shipped("small.json"), "--out", "r"];
+    soilsig(folder.path(), &wrapper, &args);
+    assert_eq!(starts(), 2, "once to ask what it is, once to drop");
+    soilsig(folder.path(), &wrapper, &args);
+    assert_eq!(starts(), 2);
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_of_every_file() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (number, blender) in real_blenders().into_iter().enumerate() {
+        let out = format!("r{number}");
+        let scene = shipped("small.json");
+        let args = ["pipeline", "--scene", &scene, "--out", &out, "--patch-obj", "--no-cache"];
+        soilsig(folder.path(), &blender, &args);
+        for file in
+            ["prototypes.obj", "patch.obj", "scene.json", "scene.glb", "scene.blend", "blender.log"]
+        {
+            assert!(folder.path().join(&out).join(file).is_file(), "{file}");
+        }
+        // Replay fails with a status of its own if any byte differs.
+        let said = soilsig(folder.path(), &blender, &["replay", &format!("{out}/run.json")]);
+        let said = said.as_str().expect("words");
+        for file in ["prototypes.obj", "scene.glb", "table.json", "signature.png"] {
+            assert!(said.contains(&format!("{file}: the same")), "{said}");
+        }
+        // Blender's own file holds addresses in memory: it is made again, and not compared.
+        assert!(said.contains("scene.blend: "), "{said}");
+        assert!(!said.contains("scene.blend: missing"), "{said}");
+    }
+}
+
+#[test]
+fn the_bed_is_what_the_recipe_asks_for() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (number, blender) in real_blenders().into_iter().enumerate() {
+        let out = format!("r{number}");
+        let args = ["pipeline", "--scene", &shipped("small.json"), "--out", &out];
+        soilsig(folder.path(), &blender, &args);
+        let out = folder.path().join(out);
+        let report: Value =
+            serde_json::from_str(&fs::read_to_string(out.join("drop.json")).expect("written"))
+                .expect("JSON");
+        let sphere = |diameter_um: f64| std::f64::consts::FRAC_PI_6 * diameter_um.powi(3);
+        for (prototype, (diameter_um, fines)) in report["prototypes"]
+            .as_array()
+            .expect("prototypes")
+            .iter()
+            .zip([(500.0, 150), (640.0, 180), (853.0, 220)])
+        {
+            // The grain and its fines, each of the volume of its sphere.
+            let volume_um3 = prototype["volume_um3"].as_f64().expect("a volume");
+            let asked_um3 = sphere(diameter_um) + f64::from(fines) * sphere(60.0);
+            assert!((volume_um3 / asked_um3 - 1.0).abs() < 1e-9, "{prototype}");
+            assert_eq!(prototype["fines"]["fine_60"], fines, "{prototype}");
+        }
+        assert_eq!(report["settle"]["settled"], true);
+        let scene: Value =
+            serde_json::from_str(&fs::read_to_string(out.join("scene.json")).expect("written"))
+                .expect("JSON");
+        assert_eq!(
+            scene["geometry"]["placed"]["instances"].as_array().expect("instances").len(),
+            18
+        );
+    }
+}
+
+/// Blender's own reader finds the bed of the .obj with its instances in the .glb.
+fn assert_blender_opens_the_bed(blender: &Path, out: &Path) {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/readers/open_glb.py");
+    let mut command = Command::new(blender);
+    command.env_clear().env("PATH", "/usr/bin:/bin");
+    if !blender.file_name().is_some_and(|name| name.to_string_lossy().contains("python")) {
+        command.args(["--background", "--factory-startup", "-noaudio"]);
+        command.args(["--python-exit-code", "13", "--python"]);
+    }
+    let output =
+        command.arg(script).arg("--").arg(out.join("scene.glb")).output().expect("it runs");
+    let said = String::from_utf8_lossy(&output.stdout);
+    let found = said.lines().find_map(|line| line.strip_prefix("OPENED "));
+    let found: Value =
+        serde_json::from_str(found.unwrap_or_else(|| panic!("{said}"))).expect("JSON");
+
+    let path = out.join("scene.json");
+    let scene = Scene::read(&path).expect("it is sound");
+    let tracer = soilsig::tracer::trace::tracer(&scene, &path).expect("its meshes are");
+    let bed = tracer.bed();
+    assert_eq!(found["triangles"], bed.triangles());
+    assert_eq!(found["materials"], serde_json::json!(["coarse", "fine"]));
+    let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for place in &bed.placements {
+        for vertex in &bed.meshes[place.mesh].vertices {
+            let point = place.to_scene.transform_point3(vertex.as_dvec3()).to_array();
+            for axis in 0..3 {
+                min[axis] = min[axis].min(point[axis]);
+                max[axis] = max[axis].max(point[axis]);
+            }
+        }
+    }
+    for (key, ours) in [("min_um", min), ("max_um", max)] {
+        for axis in 0..3 {
+            let theirs = found[key][axis].as_f64().expect("a number");
+            // Single precision of metres, two to three millimetres from the origin.
+            assert!((theirs - ours[axis]).abs() < 0.01, "{key}: {} and {ours:?}", found[key]);
+        }
+    }
+}
+
+/// The .glb is the same bed as the .obj with its instances: the same curve, by other files.
+#[test]
+fn the_glb_gives_the_signature_of_the_obj() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (number, blender) in real_blenders().into_iter().enumerate() {
+        let out = folder.path().join(format!("r{number}"));
+        let args =
+            ["pipeline", "--scene", &shipped("small.json"), "--out", out.to_str().expect("UTF-8")];
+        soilsig(folder.path(), &blender, &args);
+        assert_blender_opens_the_bed(&blender, &out);
+        let path = out.join("scene.json");
+        let mut scene: Value =
+            serde_json::from_str(&fs::read_to_string(&path).expect("written")).expect("JSON");
+        let placed = scene["geometry"]["placed"].as_object_mut().expect("placed");
+        placed.remove("instances");
+        placed["prototypes"] = serde_json::json!([{"name": "bed", "file": "scene.glb"}]);
+        let other = out.join("glb.json");
+        fs::write(&other, scene.to_string()).expect("written");
+        let [obj, glb] = [(path, 1), (other, 2)].map(|(path, seed)| trace_file(&path, seed, 0.001));
+        for rho in [[0.1, 0.4, 0.1], [0.6, 0.6, 0.6]] {
+            let (a, b) = (obj.weight(&rho), glb.weight(&rho));
+            let error = a.standard_error.hypot(b.standard_error);
+            assert!((a.mean - b.mean).abs() < 3.0 * error, "{} and {} +- {error}", a.mean, b.mean);
+        }
+    }
+}
+
+#[test]
+fn any_number_of_size_classes_and_minerals_goes_through() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(blender) = a_blender() else { return };
+    let scene = r#"{
+      "soilsig_scene": 1, "name": "mixture", "seed": 3, "temperature_k": 310, "sky_temperature_k": 250,
+      "view": {"zenith_deg": 30, "azimuth_deg": 45},
+      "materials": [{"name": "olivine", "spectrum": {"inverted": {"spectrum": {"constant": 0.9}, "pure_bed": ["pure.json"]}}}, {"name": "quartz", "spectrum": {"file": "q.csv"}},
+                    {"name": "clay", "spectrum": {"file": "c.sli"}}, {"name": "floor", "spectrum": {"constant": 0.9}}],
+      "geometry": {"packing": {"seed": 3,
+        "grains": [{"name": "big", "shape": "grain_853", "diameter_um": 700, "material": "olivine", "count": 4, "fines": 40},
+                   {"name": "middle", "shape": "grain_500", "diameter_um": 420, "material": "quartz", "count": 8, "fines": 0},
+                   {"name": "little", "shape": "fine_60", "diameter_um": 250, "material": "clay", "count": 12, "fines": 10}],
+        "fines": [{"name": "dust", "shape": "fine_35", "diameter_um": 50, "material": "clay", "share": 0.5},
+                  {"name": "grit", "shape": "fine_60", "diameter_um": 70, "material": "quartz", "share": 0.5}],
+        "variants": 2, "tray_um": [1700, 1700], "crop_um": 300, "floor_material": "floor"}}}"#;
+    fs::write(folder.path().join("mixture.json"), scene).expect("written");
+    fs::write(folder.path().join("q.csv"), "um,emissivity\n8,0.5\n12,0.9\n").expect("written");
+    // Of a library in two files both belong to the spectrum.
+    fs::write(folder.path().join("c.csv"), "8,0.97\n12,0.96\n").expect("written");
+    run_in(folder.path(), &blender, &["spectra", "convert", "c.csv", "--out", "c.sli"]);
+    // Any bed of one material takes a powder apart; here it is a groove.
+    let groove = "v 0 0 0\nv 0 9 0\nv 9 0 9\nv 9 9 9\nv -9 0 9\nv -9 9 9\nf 1 3 4 2\nf 1 2 6 5\n";
+    fs::write(folder.path().join("groove.obj"), groove).expect("written");
+    let pure = r#"{"soilsig_scene": 1, "name": "pure", "seed": 1, "temperature_k": 300, "view": {"zenith_deg": 0},
+      "materials": [{"name": "m", "spectrum": {"constant": 0.1}}],
+      "geometry": {"placed": {"prototypes": [{"name": "groove", "file": "groove.obj", "material": "m"}]}}}"#;
+    fs::write(folder.path().join("pure_scene.json"), pure).expect("written");
+    run_in(folder.path(), &blender, &["trace", "pure_scene.json", "-o", "pure.json"]);
+    let args = ["pipeline", "--scene", "mixture.json", "--out", "r", "--range", "8-12", "--json"];
+    let record = soilsig(folder.path(), &blender, &args);
+    let seen = record["reached"]["mixture"]["seen_first"].as_object().expect("shares");
+    assert_eq!(seen.len(), 4);
+    assert!(
+        ["olivine", "quartz", "clay"].iter().all(|m| seen[*m].as_f64().expect("a share") > 0.02),
+        "{seen:?}"
+    );
+    // The placed scene stands alone: its spectra were brought along.
+    for file in ["q.csv", "c.sli", "c.hdr", "pure.json"] {
+        let inputs = record["inputs"].as_object().expect("inputs");
+        assert!(inputs.keys().any(|path| path.ends_with(file)), "{file}: {inputs:?}");
+        fs::remove_file(folder.path().join(file)).expect("removed");
+    }
+    soilsig(folder.path(), &blender, &["trace", "r/scene.json", "-o", "t.json", "--range", "8-12"]);
+}

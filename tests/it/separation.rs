@@ -1,0 +1,148 @@
+//! Temperature-emissivity separation on quartz: what each method reaches, and where it has to say that it cannot.
+
+use std::path::Path;
+
+use soilsig::radiometry::{
+    Assumed, Measured, Method, RadiometryError, Retrieved, Temperature, planck, separate,
+};
+use soilsig::scene::{Grid, Scene};
+use soilsig::signature;
+use soilsig::spectrum::Spectrum;
+use soilsig::table::Target;
+use soilsig::tracer::trace;
+
+use crate::support::{Noise, l_sky, measured};
+
+const T_K: f64 = 300.0;
+
+fn wavelengths_um() -> Vec<f64> {
+    Grid::new(7.3, 14.0, 0.01).expect("a grid").wavelengths_um()
+}
+
+/// The shipped bed that needs no Blender, as it is simulated, with its fines of either spectrum.
+fn beds() -> Vec<(&'static str, Vec<(f64, f64)>)> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
+    let scene = Scene::read(&path).expect("a shipped scene");
+    let tracer = trace::tracer(&scene, &path).expect("its meshes");
+    let grid = Grid::new(7.3, 14.0, 0.1).expect("a grid");
+    let table = trace::trace(&tracer, &scene, &path, &grid, Target::of(0.01), None, &|_, _| ())
+        .expect("traced");
+    ["quartz_fine", "quartz_coarse"]
+        .into_iter()
+        .map(|fines| {
+            let mut table = table.clone();
+            let fine = table.materials.iter().position(|m| m.name == "fine").expect("it has fines");
+            table.materials[fine].spectrum = Spectrum::builtin(fines).expect("shipped");
+            let bands = signature::evaluate(&[table], &wavelengths_um()).expect("evaluated");
+            (fines, bands.iter().map(|b| (b.wavelength_um, b.emissivity.mean)).collect())
+        })
+        .collect()
+}
+
+fn powder(name: &str) -> Vec<(f64, f64)> {
+    let spectrum = Spectrum::builtin(name).expect("shipped");
+    wavelengths_um().iter().map(|&um| (um, spectrum.emissivity(um).expect("in range"))).collect()
+}
+
+fn emissivity_rms(bands: &[Measured], truth: &[(f64, f64)], t: Temperature) -> f64 {
+    let off: Vec<f64> = bands
+        .iter()
+        .zip(truth)
+        .filter_map(|(m, (_, e))| Some(Retrieved::new(m, t, Assumed::EXACT).emissivity?[0] - e))
+        .collect();
+    (off.iter().map(|d| d * d).sum::<f64>() / off.len() as f64).sqrt()
+}
+
+/// RMS of the temperature and of the emissivity over trials, and the mean of the stated errors.
+fn reached(method: Method, truth: &[(f64, f64)], nedt_k: f64) -> [f64; 3] {
+    let trials = 16;
+    let mut sums = [0.0; 3];
+    for seed in 0..trials {
+        let bands = measured(truth, T_K, l_sky, nedt_k, &mut Noise(seed));
+        let t = separate(method, &bands, Assumed::EXACT).expect("it has something to go by");
+        let rms = emissivity_rms(&bands, truth, t);
+        for (sum, value) in sums.iter_mut().zip([t.k - T_K, rms, t.error_k]) {
+            *sum += value * value / trials as f64;
+        }
+    }
+    sums.map(f64::sqrt)
+}
+
+/// `cargo test --test separation -- --nocapture` prints the table of docs/radiometry.md.
+#[test]
+fn every_method_finds_the_temperature_of_quartz_within_what_it_states() {
+    let mut cases = beds();
+    for name in ["quartz_fine", "quartz_medium", "quartz_coarse"] {
+        cases.push((name, powder(name)));
+    }
+    println!("spectrum, noise K: by method: rms of T, rms of emissivity, stated error of T");
+    for (i, (name, truth)) in cases.iter().enumerate() {
+        let what = if i < 2 { "bed, fines " } else { "powder " };
+        for nedt_k in [0.02, 0.1, 0.3] {
+            print!("{what}{name}, {nedt_k}:");
+            for method in Method::ALL {
+                let [off_k, rms, stated_k] = reached(method, truth, nedt_k);
+                print!("  {} {off_k:.3} {rms:.4} {stated_k:.3}", method.name());
+                assert!(off_k <= 2.0 * stated_k, "{what}{name} by {}: {off_k}", method.name());
+            }
+            println!();
+        }
+    }
+}
+
+fn refused(method: Method, bands: &[Measured]) -> String {
+    match separate(method, bands, Assumed::EXACT) {
+        Err(error @ RadiometryError::Separation { .. }) => error.to_string(),
+        other => panic!("{} gave {other:?}", method.name()),
+    }
+}
+
+#[test]
+fn smoothness_says_that_a_sky_without_lines_tells_nothing() {
+    for name in ["quartz_fine", "quartz_coarse"] {
+        for nedt_k in [0.0, 0.1] {
+            for sky_k in [0.0, 200.0, 270.0] {
+                let sky = |um| if sky_k == 0.0 { 0.0 } else { planck(um, sky_k) };
+                let bands = measured(&powder(name), T_K, sky, nedt_k, &mut Noise(1));
+                let problem = refused(Method::Smoothness, &bands);
+                assert!(problem.contains("no lines"), "{problem}");
+            }
+        }
+    }
+    let drowned = measured(&powder("quartz_fine"), T_K, l_sky, 20.0, &mut Noise(1));
+    assert!(refused(Method::Smoothness, &drowned).contains("noise"));
+}
+
+#[test]
+fn a_method_without_its_bands_says_so() {
+    let bands = measured(&powder("quartz_fine"), T_K, l_sky, 0.1, &mut Noise(1));
+    let from = |um: f64| -> Vec<Measured> {
+        bands.iter().copied().filter(|b| b.wavelength_um >= um).collect()
+    };
+    assert!(refused(Method::Christiansen, &from(7.5)).contains("7.33 to 7.39 um"));
+    assert!(refused(Method::Nem, &from(12.1)).contains("8 to 12 um"));
+    // A dead band, below the sky that it reflects, is not taken for a contrast.
+    let mut dead = bands.clone();
+    let at = dead.iter().position(|b| b.wavelength_um >= 9.0).expect("there is one");
+    for b in &mut dead[at - 30..at + 30] {
+        b.l_target = b.l_downwelling - 0.02 * planck(b.wavelength_um, T_K);
+    }
+    assert!(refused(Method::Nem, &dead).contains("fainter than the sky"));
+    // Under a sky as warm as the target every band is masked.
+    let blind = measured(&powder("quartz_fine"), T_K, |um| planck(um, T_K), 0.1, &mut Noise(1));
+    for method in Method::ALL {
+        refused(method, &blind);
+    }
+}
+
+#[test]
+fn the_sky_s_error_widens_the_temperature_s() {
+    let bands = measured(&powder("quartz_fine"), T_K, l_sky, 0.1, &mut Noise(1));
+    let unsure = Assumed { downwelling_error: 0.1, ..Assumed::EXACT };
+    for method in Method::ALL {
+        let [sure, blurred] = [Assumed::EXACT, unsure]
+            .map(|assumed| separate(method, &bands, assumed).expect("told"));
+        assert_eq!(sure.k, blurred.k);
+        assert!(blurred.error_k > sure.error_k, "{}", method.name());
+    }
+}

@@ -1,0 +1,17 @@
+//! Scene files traced in place.
+
+use std::path::Path;
+
+use soilsig::scene::{Grid, Scene};
+use soilsig::table::{Table, Target};
+use soilsig::tracer::trace;
+
+/// Traces a scene file with a seed.
+pub fn trace_file(path: &Path, seed: u64, tolerance: f64) -> Table {
+    let mut scene = Scene::read(path).expect("the scene is sound");
+    scene.seed = seed;
+    let tracer = trace::tracer(&scene, path).expect("its meshes are sound");
+    let band = Grid::new(9.0, 9.0, 0.01).expect("a grid");
+    trace::trace(&tracer, &scene, path, &band, Target::of(tolerance), None, &|_, _| ())
+        .expect("traced")
+}
