@@ -16,7 +16,7 @@ bl_info = {
     "category": "Mesh",
 }
 
-# Installed from its zip the add-on has the scripts within it, else beside it.
+# The zip that Blender installs has the scripts inside the add-on; otherwise they are beside it.
 _HERE = os.path.dirname(os.path.abspath(__file__))
 SCRIPTS = next(
     folder

@@ -1,4 +1,4 @@
-"""The grain's form: normalised to a diameter, checked, made convex."""
+"""The grain's body: scaled to a diameter, checked, made convex."""
 
 import hashlib
 
@@ -16,10 +16,12 @@ from .operators import GrainOperator, registration
 
 
 class Normalise(GrainOperator):
-    """Scale the grain so that its volume is that of a sphere of the diameter; its origin goes to its centre of mass"""  # noqa: E501
-
     bl_idname = "soilsig.normalise"
     bl_label = "Normalise"
+    bl_description = (
+        "Scale the grain so that its volume is that of a sphere of the diameter. Its origin goes to "
+        "its centre of mass"
+    )
 
     def work(self, context):
         o = objects.grain(context)
@@ -37,7 +39,7 @@ class Normalise(GrainOperator):
             o.data = o.data.copy()
         place = o.matrix_world.translation + Vector(centre) / objects.UNIT_UM
         turn = o.matrix_world.to_quaternion()
-        # Scale and shear go into the mesh, the turn stays with the object.
+        # Scale and shear go into the mesh; the rotation stays with the object.
         back = np.array(turn.to_matrix()).T
         vertices = (mesh.vertices - centre) * factor @ back.T / objects.UNIT_UM
         if np.linalg.det(np.array(o.matrix_world)[:3, :3]) < 0:
@@ -53,10 +55,12 @@ class Normalise(GrainOperator):
 
 
 class Check(GrainOperator):
-    """Is the grain closed, outward, in one piece, not through itself, convex? Faces at fault are selected; descriptors are shown"""  # noqa: E501
-
     bl_idname = "soilsig.check"
     bl_label = "Check"
+    bl_description = (
+        "Is the grain closed, turned outward, in one piece, free of self-intersection and convex? "
+        "Faces at fault are selected; descriptors are shown"
+    )
 
     def work(self, context):
         o = objects.grain(context)
@@ -86,7 +90,7 @@ class Check(GrainOperator):
 
 
 class Level(GrainOperator):
-    """Add the convex hull of the grain as a new grain; the one that it is of is hidden, not changed"""  # noqa: E501
+    """Add the convex hull of the grain as a new grain. The old grain is hidden, not changed"""
 
     bl_idname = "soilsig.level"
     bl_label = "Convex Hull"

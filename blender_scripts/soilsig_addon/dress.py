@@ -1,4 +1,4 @@
-"""Fines on a grain, as the headless scripts seat them; seen while the settings change."""
+"""Fines on a grain, seated as in a bed; shown while the settings change."""
 
 from functools import lru_cache
 
@@ -94,7 +94,7 @@ def _show(context, o, coats, centre):
     mesh.materials.append(objects.material("soilsig fines", (0.93, 0.87, 0.74, 1.0)))
     coat = objects.add(context, name, mesh, "FINES")
     coat.parent = o
-    # The body was taken with the grain's turn and scale applied.
+    # The body has the grain's rotation and scale already.
     coat.matrix_world = Matrix.Translation(o.matrix_world.translation)
 
 

@@ -19,15 +19,17 @@ from soilsig_blender.model import own_grains
 from . import SCRIPTS, objects
 from .operators import GrainOperator, registration
 
-# Stages of the drop as shares of its time, for the pointer that shows how far it is.
+# Where each stage begins, in per cent of the drop's time; the pointer shows the progress.
 _STAGES = {"model": 0, "dust": 5, "drop": 20, "check": 85, "export": 90}
 
 
 class DropHandful(GrainOperator):
-    """Drop a handful of the grain, dressed, into a tray and lay the bed beside it. A Blender in the background does it: Esc ends it"""  # noqa: E501
-
     bl_idname = "soilsig.drop"
     bl_label = "Drop a Handful"
+    bl_description = (
+        "Drop a handful of the dusty grain into a tray and lay the bed beside it. Another Blender "
+        "does it in the background: Esc ends it"
+    )
 
     def work(self, context):
         drop = _Drop(context)
@@ -89,7 +91,7 @@ class DropHandful(GrainOperator):
 
 
 class _Drop:
-    """drop.py at work in another Blender, so that nothing of this one's file is touched."""
+    """drop.py at work in another Blender, which leaves the open file alone."""
 
     def __init__(self, context):
         o = objects.grain(context)

@@ -7,7 +7,7 @@ import bpy
 from . import body, dress, drop_handful, export_scene, objects, reference, save_grain, start
 from .operators import registration
 
-# Letters that fit into a line of the sidebar as it opens.
+# Letters that fit into a line of the sidebar at its first width.
 _WIDTH = 26
 
 

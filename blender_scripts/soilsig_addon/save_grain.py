@@ -13,7 +13,7 @@ from .operators import GrainOperator, registration
 
 
 class Save(GrainOperator):
-    """Write the grain into the library by its object's name; refused if it fails the check"""
+    """Save the grain under its object's name; refused if it fails the check"""
 
     bl_idname = "soilsig.save"
     bl_label = "Save to Library"

@@ -41,7 +41,7 @@ class FromSilhouette(Operator):
             )
             advance()
         settings.threshold = traced.threshold
-        # Pixels are counted from the corner of the image, which is about its object's origin.
+        # Pixels count from the corner of the image, but the image is centred on its object.
         whole = np.array(image.size) / share
         middle = (traced.hull.min(axis=0) + traced.hull.max(axis=0)) / 2
         offset = [*((middle - whole / 2) * um_per_pixel), 0]

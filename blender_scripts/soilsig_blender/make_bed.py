@@ -19,7 +19,7 @@ OLDEST_BLENDER = (3, 4, 0)
 
 
 def make_beds(scene_path, folder, seeds, extra):
-    """Makes the bed of every seed, of the scene's own if None; extra files are the first one's."""
+    """Makes the bed of every seed, by default the scene's. Extra files are of the first bed."""
     if bpy.app.version < OLDEST_BLENDER:
         raise BedError(
             "version",

@@ -1,4 +1,4 @@
-"""The bodies of every shape without dust, and what they measure against what is asked."""
+"""The bodies of every shape without dust, and what they measure beside their targets."""
 
 from .common.events import emit, progress
 from .common.files import whole
@@ -17,7 +17,7 @@ def make_grains(seed, variants, folder):
         progress("model", len(shapes), len(SHAPES))
         entries = []
         for variant in range(variants):
-            # The stream of a scene whose class is named after the shape: these are its bodies.
+            # The bodies of a scene whose class has the shape's name: the random numbers are the same.
             body = model(shape, shape.diameter_um, stream(seed, "shape", name, variant))
             bodies[f"{name}_{variant}"] = body
             entries.append(_describe(f"{name}_{variant}", body))
@@ -55,6 +55,6 @@ def _describe(name, body):
         "volume_um3": body.volume_and_centroid[0],
         "facets": len(body.facets),
         "triangles": len(body.triangles),
-        # What a body must pass to be here.
+        # `body_check` has refused all others.
         "checks": ["closed", "outward", "convex"],
     }

@@ -16,7 +16,7 @@ pub(super) fn positive(value: f64, place: &str) -> Checked {
     need(value.is_finite() && value > 0.0, place, || format!("{value} is not above 0"))
 }
 
-pub(super) fn within<T: PartialOrd + Display>(
+pub(super) fn within<T: Copy + PartialOrd + Display>(
     value: T,
     range: RangeInclusive<T>,
     place: &str,
@@ -26,7 +26,7 @@ pub(super) fn within<T: PartialOrd + Display>(
     })
 }
 
-pub(super) fn at_most<T: PartialOrd + Display>(value: T, most: T, place: &str) -> Checked {
+pub(super) fn at_most<T: Copy + PartialOrd + Display>(value: T, most: T, place: &str) -> Checked {
     need(value <= most, place, || format!("{value} is more than {most}"))
 }
 

@@ -1,4 +1,4 @@
-"""Drop, check, and one more try with safer settings before a bed is refused."""
+"""Drop and check; a bed that fails is dropped once more with safer settings."""
 
 from ..common.errors import BedError
 from ..common.events import warning
@@ -7,7 +7,7 @@ from . import bed_check
 
 # What a second try may cure. Anything else is wrong with the scene or with Blender.
 _CURABLE = ("nan", "escaped", "not_settled", "overlap", "sunk", "floating")
-# Length, gravity and margin that Bullet is at home with; finer steps, and more of them.
+# Length, gravity and margin that Bullet works best with. Steps become finer, and more.
 _SAFE = {"scale": 6.5, "gravity": 98.1, "margin": 0.04}
 _LEAST_SUBSTEPS = 12
 _LEAST_ITERATIONS = 50
@@ -29,7 +29,7 @@ def settled_bed(prototypes, packing):
                 raise
             attempts.append({"settings": settings, "outcome": error.kind, "reason": str(error)})
             if len(attempts) == 1:
-                warning(f"the first drop is no good: {error}; dropped again with safer settings")
+                warning(f"the first drop failed: {error}; dropping again with safer settings")
             last = error
         else:
             attempts.append({"settings": settings, "outcome": "settled", "reason": None})
@@ -43,7 +43,7 @@ def settled_bed(prototypes, packing):
 
 
 def safer(settings):
-    """The settings of the second try; what collides stays as it was asked for."""
+    """The settings of the second try; what collides stays as in the recipe."""
     return {
         **settings,
         **_SAFE,

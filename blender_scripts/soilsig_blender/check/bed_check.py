@@ -1,4 +1,4 @@
-"""Is the bed to be trusted? Escapes, rest, and dusty grains that pass through one another."""
+"""Is the bed to be trusted? Grains that escaped, still move, or overlap."""
 
 import numpy as np
 
@@ -9,9 +9,9 @@ from .distance import distance
 
 # Grains whose dusty surfaces come closer than this share of the mean diameter are in contact.
 CONTACT_SHARE = 0.03
-# Deeper overlap than this share of the mean diameter is refused.
+# An overlap deeper than this share of the mean diameter is refused.
 OVERLAP_SHARE = 0.02
-# A bed of which no grain comes nearer to the floor than this share of the mean diameter floats.
+# A bed floats if its lowest grain is higher above the floor than this share of the mean diameter.
 FLOAT_SHARE = 0.03
 
 
@@ -34,7 +34,7 @@ def check(prototypes, drop, packing):
             f"first of them a {prototypes[drop.prototype_of[i]].name} to "
             f"({x:.4g}, {y:.4g}, {z:.4g}) um",
             "raise geometry.packing.drop.substeps; scale 6.5, gravity 98.1 and margin 0.04 are "
-            "known to hold",
+            "known to work",
         )
     if not drop.settled:
         raise BedError(
@@ -68,7 +68,7 @@ def check(prototypes, drop, packing):
             "floating",
             f"the lowest grain stands {lowest:.1f} um off the floor; allowed are "
             f"{FLOAT_SHARE * mean_diameter:.1f} um",
-            "lower geometry.packing.drop.margin or raise scale; 0.04 and 6.5 are known to hold",
+            "lower geometry.packing.drop.margin or raise scale; 0.04 and 6.5 are known to work",
         )
     return {"escaped": 0, "overlaps": found}
 
@@ -141,7 +141,7 @@ def _close_pairs(prototypes, drop, reach):
 
 
 def _outlines_apart(prototypes, drop, a, b, reach):
-    """Whether a plane across one of a few directions keeps the outlines well apart."""
+    """Whether a plane across one of a few directions keeps the outlines `reach` apart."""
     first, second = (
         prototypes[drop.prototype_of[i]].outline @ drop.poses[i, :3, :3].T + drop.poses[i, :3, 3]
         for i in (a, b)

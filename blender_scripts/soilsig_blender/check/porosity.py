@@ -1,7 +1,7 @@
 """How deep the bed is and how much of it is void.
 
-The void share below the surface counts the gaps at the walls and the floor and the hollows of the
-surface; that of the interior is what a soil's porosity means.
+The porosity below the surface includes the gaps at the walls and the floor and the hollows of the
+surface. The interior porosity is what a soil's porosity means.
 """
 
 import numpy as np
@@ -37,10 +37,10 @@ def measure(prototypes, drop, packing):
 
 
 def _interior_porosity(prototypes, drop, packing, depth):
-    """Void share half a mean diameter from the walls and the floor and one below the surface.
+    """Void share half a mean diameter from the walls and the floor, and one below the surface.
 
-    None if the bed has no such place. Half a diameter is as far as grains line up along a wall;
-    the surface undulates by as much.
+    None if the bed has no such place. Grains line up along a wall for half a diameter, and the
+    surface undulates by as much.
     """
     diameter = mean_diameter_um(prototypes, drop)
     low = np.full(3, diameter / 2)

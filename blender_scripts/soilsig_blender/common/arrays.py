@@ -1,4 +1,4 @@
-"""Arrays that belong together row for row."""
+"""Arrays that belong together entry by entry, and arrays padded to one length."""
 
 from dataclasses import fields
 
@@ -22,7 +22,7 @@ class Columns:
 
 
 def padded(arrays, tail=(3,)):
-    """Arrays of rows of a shape as one, each filled up with its first row (or zeros)."""
+    """Arrays of different lengths as one: each is padded with its first entry, or with zeros."""
     most = max(map(len, arrays), default=1)
     whole = np.zeros((len(arrays), most, *tail))
     for row, array in zip(whole, arrays):

@@ -1,6 +1,6 @@
-"""Angles and directions, to the same last bit every time.
+"""Angles and directions, the same to the last bit in every run.
 
-Not by numpy's cosine: its last bit hangs on where its arrays lie in memory.
+numpy's cosine is not used: its last bit depends on where its arrays lie in memory.
 """
 
 import math

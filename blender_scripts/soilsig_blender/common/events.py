@@ -1,4 +1,4 @@
-"""What the caller hears while Blender works: one JSON object a line on standard output."""
+"""What the caller is told while Blender works: a JSON object on each line of standard output."""
 
 import json
 
@@ -6,7 +6,7 @@ PREFIX = "@soilsig "
 
 
 def emit(event, **fields):
-    # Flushed one by one: Blender's own buffer would hold every line back until the end.
+    # Flushed line by line: Blender's buffer would hold every line back until the end.
     print(PREFIX + json.dumps({"event": event, **fields}, ensure_ascii=True), flush=True)
 
 

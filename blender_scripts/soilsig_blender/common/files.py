@@ -1,10 +1,10 @@
-"""Files and folders appear whole or not at all: written beside, then renamed."""
+"""Files and folders appear whole or not at all: they are written beside, then renamed."""
 
 import os
 import shutil
 from contextlib import contextmanager
 
-# Files of a bed that are likely to be wanted of only one of several.
+# Files of a bed that are written on request, of the first of several beds.
 EXTRA = ("scene.glb", "scene.blend", "frames.json", "patch.obj")
 
 
@@ -21,7 +21,7 @@ def whole(folder, name):
 def whole_folder(folder, name):
     """A new folder to fill; on success it takes its name, on failure it is removed."""
     beside = os.path.join(folder, f".{name}.part")
-    # One that was killed may have left it.
+    # A process that was killed may have left it.
     shutil.rmtree(beside, ignore_errors=True)
     os.makedirs(beside)
     with _renamed(beside, os.path.join(folder, name), shutil.rmtree):

@@ -4,7 +4,7 @@ import numpy as np
 
 
 def near(points, others, reach):
-    """Index pairs of points and others; all that are within the reach of each other are there."""
+    """Index pairs of points and others: all that are within reach of each other, and some more."""
     if not len(points) or not len(others):
         return np.empty((2, 0), int)
     low = np.minimum(points.min(axis=0), others.min(axis=0))
@@ -21,7 +21,7 @@ def near(points, others, reach):
 
 
 def clumps(points, side):
-    """The order that puts points of one cell of this side together, and where each cell starts."""
+    """The order that groups points by cells of this side, and where each cell starts."""
     cell = ((points - points.min(axis=0)) / side).astype(int)
     key = cell @ _strides(cell.max(axis=0) + 1)
     order = np.argsort(key, kind="stable")

@@ -1,4 +1,4 @@
-"""How a script runs inside Blender: its arguments, and what the caller hears of its failure."""
+"""How a script runs inside Blender: its arguments, and how it reports a failure."""
 
 import sys
 import traceback
@@ -19,7 +19,7 @@ def run(main):
     except BedError as error:
         emit("error", kind=error.kind, message=str(error), hint=error.hint)
         status = FAILED
-    except Exception as error:  # whatever it is, the caller hears of it
+    except Exception as error:  # whatever it is, the caller is told
         traceback.print_exc()
         emit("error", kind="internal", message=f"{type(error).__name__}: {error}", hint=None)
         status = FAILED

@@ -10,15 +10,15 @@ from ..dust.solids import DustySolids
 from .near_fines import near_fines
 from .rigid_bodies import World, mesh_of
 
-# Fines collide one by one, and whole meshes, with this share of the margin, which stands between
-# them. Their own corners are left where they are.
+# Share of the margin with which single fines and whole meshes collide. It is kept between them, and
+# their corners stay in place.
 _FINE_MARGIN = 0.125
-# The contact phase in rounds: how far a grain that nothing holds sinks in a frame; how near those
-# fines come to another grain or to the tray that are parts of a grain's body (both shares of the
-# mean diameter); for how many frames the grains are to rest. Fines cost time by their number, each
-# in every frame and as much as in a dozen frames when it becomes a part.
+# The rounds of the contact phase. First: how far an unsupported grain sinks in a frame. Second: how
+# near to another grain or to the tray a fine must be to become a part of its grain's body. Both are
+# shares of the mean diameter. Third: for how many frames the grains have to rest. Each fine costs
+# time in every frame, and as much as a dozen frames when it becomes a part.
 _ROUNDS = ((0.025, 0.13, 1), (0.004, 0.05, 3))
-# Nothing moves fast without inertia, so that fewer steps do: this share of those of the fall.
+# Without inertia nothing moves fast, so fewer steps are enough: this share of those of the fall.
 _STEPS_SHARE = 1 / 6
 
 
@@ -68,7 +68,7 @@ def _masses(prototypes, prototype_of, unit_um):
 
 
 def _hull_mesh(prototype, unit_um, margin):
-    """Half of the margin makes up for the points left out, the other half is taken off the hull."""
+    """Half of the margin makes up for the points left out. The other half is taken off the hull."""
     points = reduced_hull(prototype.outline / unit_um, margin / 2)
     length = np.linalg.norm(points, axis=1, keepdims=True)
     return mesh_of(prototype.name, points * (1 - np.minimum(margin / 2 / length, 0.5)))
@@ -84,7 +84,7 @@ def _whole_mesh(prototype, unit_um):
 
 
 class _Dusty:
-    """The grains with their fines, to find which of these are near to other grains."""
+    """The grains with their fines, to find which fines are near other grains."""
 
     def __init__(self, prototypes, prototype_of, tray, unit_um):
         self._prototypes = [prototypes[p] for p in prototype_of]
@@ -95,7 +95,7 @@ class _Dusty:
         self._radii = np.array([piece.radius for piece in self._pieces])
 
     def add_near(self, world, poses, reach_um):
-        """Adds every grain as a body of itself and of those of its fines that are near."""
+        """Adds every grain as a body with its near fines as parts."""
         empty, meshes = mesh_of("grain", [(0, 0, 0)]), {}
 
         def mesh(body):

@@ -1,4 +1,4 @@
-"""Which fines of two grains are near the other grain, so that they may come to touch it."""
+"""Which fines of two grains are near the other grain and may come to touch it."""
 
 import numpy as np
 
@@ -6,10 +6,10 @@ from ..dust.solids import distances
 
 
 def near_fines(one, two, turn, shift, reach):
-    """Which fines of either grain come within `reach` of a solid of the other, and some more.
+    """The fines of either grain that come within `reach` of a solid of the other, and a few more.
 
-    The second is turned and shifted. Few planes are tried to find fines apart: the facets of the
-    other grain, and the plane across the line between the centres of two fines.
+    The second grain is turned and shifted. Few planes are tried to separate fines: the facets of
+    the other grain, and the plane across the line between the centres of two fines.
     """
     a = np.flatnonzero(distances(one.centre, shift) < one.outer + two.radius + reach)
     b = np.flatnonzero(distances(two.centre, -turn.T @ shift) < two.outer + one.radius + reach)

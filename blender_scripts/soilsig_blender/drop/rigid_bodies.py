@@ -8,24 +8,22 @@ from mathutils import Matrix
 
 from ..common.events import progress
 
-# Of every body; Bullet multiplies those of two that touch: 0.36 between grains.
+# Friction of every body. Bullet multiplies the two of a contact: 0.36 between grains.
 _FRICTION = 0.6
 _RESTITUTION = 0.05
 # Damping while the grains fall and find their places.
 _DAMPING = 0.1
-# Then contacts go on jittering and grains on creeping. So once the grains have fallen and all but
-# stopped (mean kinetic energy as a share of m g d, top speed as a share of sqrt(g d)), or half of
-# the frames are spent, the drop goes on without inertia: Bullet forgets every velocity at each
-# step, and a grain that nothing holds sinks by g dt2. Sooner, and the bed would be looser: it packs
-# while it rattles.
+# Afterwards contacts still jitter and grains still creep. So inertia is taken away once the grains
+# have fallen and nearly stopped, or once half of the frames are spent: Bullet then forgets every
+# velocity at each step, and an unsupported grain sinks by g dt2. Earlier would give a looser bed: a
+# bed packs while it rattles. Energies are means as a share of m g d, speeds shares of sqrt(g d).
 _FALLING_ENERGY = 1e-3
 _SLOW_ENERGY = 1e-4
 _SLOW_SPEED = 0.3
 _FULL_DAMPING = 1.0
-# At rest: what a grain still moves, as a share of that sinking, is the share of its weight that no
-# contact carries. It is to be below the first number on the mean and below the second for every
-# grain, for some frames on end. So a grain that creeps alone does not hold the others up, one that
-# falls does.
+# A grain's movement as a share of that sinking is the share of its weight that no contact carries.
+# The bed rests when the mean is below the first number and every grain is below the second, for
+# several frames in a row. A single grain that creeps does not delay this; one that falls does.
 _REST_MEAN = 0.2
 _REST_WORST = 0.9
 _REST_FRAMES = 3
@@ -71,8 +69,8 @@ class World:
     def run(self, masses, collision_shape, margin, sinking=None, calm=_REST_FRAMES) -> Rest:
         """Steps until rest for `calm` frames.
 
-        Grains that sink lie already and have no inertia; one that nothing holds goes down by
-        `sinking` a frame.
+        With `sinking` the grains lie already and have no inertia: an unsupported grain goes down by
+        that much in a frame.
         """
         self._make_rigid(masses, collision_shape, margin)
         self._damp(_FULL_DAMPING if sinking else _DAMPING)
@@ -96,7 +94,7 @@ class World:
         for wall in walls:
             wall.rigid_body.type = "PASSIVE"
             wall.rigid_body.collision_shape = "BOX"
-        # Parts after the bodies are known to be made of them, or Blender warns of a cycle for each.
+        # Parts follow their bodies: otherwise Blender warns of a cycle for each.
         _join(world, self.parts)
         for part in self.parts:
             _shape(part, "CONVEX_HULL", margin)
@@ -171,16 +169,16 @@ class World:
         return np.array([body.matrix_world for body in self.bodies])
 
     def _lost(self, poses):
-        """Whether a grain has no place any more, or one far outside: going on is of no use."""
+        """Whether a grain has no finite place or is far outside: to go on would be of no use."""
         middle = poses[:, :3, 3]
         far = np.append(2 * self.tray, 2 * self.height)
         return not np.isfinite(poses).all() or bool(((middle < -far) | (middle > 2 * far)).any())
 
 
 def _join(world, objects):
-    """Members of the world's collection become rigid bodies without an operator for each.
+    """Makes objects rigid bodies through the world's collection, without an operator for each.
 
-    They get there all at once: every change to a collection of the scene goes through all objects.
+    They are added all at once, because every change to a collection visits all objects.
     """
     members = bpy.data.collections.new("members")
     for o in objects:

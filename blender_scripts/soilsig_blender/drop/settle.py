@@ -1,9 +1,9 @@
 """The drop: dusty grains fall into a tray as rigid bodies until they rest.
 
-Bullet is at home with lengths of a few units, so a mean grain diameter is made some units long
-(`scale`). The choice of gravity is free: a bed of hard grains under friction looks the same at any
-length scale once time is scaled with its square root, so only the clock differs from that of the
-real grains.
+Bullet works best with lengths of a few units, so the mean grain diameter is made a few units long
+(`scale`). Gravity is free to choose: a bed of hard grains with friction looks the same at any
+length scale if time is scaled with its square root. Only the clock differs from that of the real
+grains.
 """
 
 import math
@@ -31,7 +31,7 @@ class Drop:
     frames: int  # of all phases
     top_speed: float  # sqrt(g d)
     mean_energy: float  # m g d
-    ceiling_um: float  # no grain can rise above where the highest one started
+    ceiling_um: float  # start of the highest grain: none can rise above it
     history: list  # (seconds since the release, (N, 4, 4) micrometres)
 
 
@@ -82,7 +82,7 @@ def drop(prototypes, packing) -> Drop:
 
 
 def _recorded(history, unit_um, gravity):
-    """Some frames for pictures, evenly in the root of time: most of them while the grains fall."""
+    """Some frames for pictures, even in the root of time: most of them while the grains fall."""
     seconds = 1 / _FRAME_RATE * np.sqrt(gravity * unit_um * 1e-6 / _EARTH_M_S2)
     last = len(history) - 1
     chosen = np.round(np.linspace(0, 1, _RECORDED) ** 2 * last).astype(int)
@@ -102,7 +102,7 @@ def _which(packing, rng):
         count = grain["count"]
         variants = variant_count(packing, grain)
         chosen.append(first + np.arange(count) % max(variants, 1))
-        # Spread evenly over the bed rather than at random: the classes on top decide what is seen.
+        # Each class is spread evenly, not at random: the classes on top are what is seen.
         place.append((np.arange(count) + rng.random(count)) / max(count, 1))
         first += variants
     chosen, place = np.concatenate(chosen), np.concatenate(place)

@@ -1,6 +1,6 @@
-"""The shapes of fines side by side: which planes they lie beyond, where lines cross them.
+"""Convex bodies side by side: which planes they lie beyond, and where lines cross them.
 
-Arrays of different lengths are filled up by repetition, so that all are handled at a time.
+Arrays of different lengths are padded by repetition, so that all bodies are handled at once.
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class Bodies:
         self.normals = padded([body.normals for body in bodies])
         self.offsets = padded([body.offsets for body in bodies], ())
         self.centre = np.array([body.volume_and_centroid[1] for body in bodies]).reshape(-1, 3)
-        # Radii of the spheres about the centre that lie within the body, and around it.
+        # Radii of the inner and the outer sphere about the centre.
         heights = self.offsets - turned(self.normals, self.centre)
         spokes = np.linalg.norm(self.vertices - self.centre[:, None], axis=2)
         self.inner, self.outer = heights.min(axis=1), spokes.max(axis=1)
@@ -50,7 +50,7 @@ class Bodies:
         """
         centre = turned(rotation, self.centre[shape]) + position
         heights = turned(normals, centre) - offsets
-        # The sphere within has to lie outside as well: that leaves few planes.
+        # The inner sphere has to lie outside as well, which leaves few planes.
         pair, plane = np.nonzero(heights > (self.inner[shape] - slack)[:, None])
         normal = normals[pair, plane]
         towards = turned(rotation[pair].transpose(0, 2, 1), normal)

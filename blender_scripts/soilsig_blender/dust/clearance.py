@@ -1,7 +1,7 @@
-"""Which seats are clear of the grain and of the fines that sit already.
+"""Which seats are clear of the grain and of the fines that are seated.
 
-Seats are offered in batches. Those that a fine in place leaves no room for are struck out at once;
-which of the others exclude each other is noted, so that to take one is to strike out its rivals.
+Seats are offered in batches. A seat without room beside a seated fine is struck out at once. Of the
+other seats it is noted which exclude each other: taking a seat strikes out its rivals.
 """
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from ..common.neighbours import near
 from .bodies import Bodies, turned
 
-# Bodies that touch in a plane are apart; this share of the fine's diameter absorbs the rounding.
+# Bodies that touch in a plane are apart. This share of the fine's diameter allows for rounding.
 _TOUCH = 1e-7
 
 
@@ -22,7 +22,7 @@ class Clearance:
         self.touch = _TOUCH * max(fine.diameter_um for fine in fines)
         self.first = np.cumsum([0] + [len(fine.bodies) for fine in fines])
         self.shapes = Bodies([body for fine in fines for body in fine.bodies])
-        # How deep others may pass into a fine of this shape.
+        # How deep other fines may overlap a fine of this shape.
         self.slack = np.repeat(
             [overlap * fine.diameter_um + self.touch for fine in fines],
             [len(fine.bodies) for fine in fines],
@@ -42,7 +42,7 @@ class Clearance:
         self.rivals += [[] for _ in range(len(seats))]
         numbers = np.arange(old, len(self.placed))
         if self.overlap < 1:
-            # The spheres within decide most seats.
+            # The inscribed spheres decide most seats.
             i, _ = self._meeting(numbers, np.flatnonzero(self.taken), self.shapes.inner)
             self.struck[i] = True
         upper = numbers[(seats.layer > 1) & ~self.struck[numbers]]

@@ -1,7 +1,7 @@
 """How much of a grain its fines cover, measured by lines that meet the true solids.
 
-The fines of a smaller count are the first of those of a larger one. So of every line it is enough
-to know the earliest fine that it meets, and the shares are known for every count at once.
+The fines of a smaller count are the first of those of a larger count. So the earliest fine that
+each line meets gives the shares for every count at once.
 """
 
 from dataclasses import dataclass
@@ -13,11 +13,11 @@ from ..common.neighbours import near
 from .bodies import Bodies
 from .seats import frames
 
-# The dusty grain is seen from so many sides; so many points are looked at on the grain itself,
-# which gives the share of its surface to a standard error of .016.
+# Directions from which the dusty grain is seen, and points on the grain itself. These points give
+# the share of its surface to a standard error of .016.
 _DIRECTIONS = 64
 _POINTS = 1000
-# The lines that meet no fine meet it after all others.
+# The number of the fine that a line meets which meets none: after all others.
 _NEVER = np.iinfo(int).max
 
 
@@ -53,8 +53,8 @@ class Cover:
 def measure(grain, fines, dust, lines=32) -> Cover:
     """The cover of a grain about its centroid by its fines.
 
-    With `lines` parallel lines from each side, of which some three in five meet the dusty grain:
-    32 give the share of the silhouette to a standard error of .011, 128 to half of that.
+    There are `lines` parallel lines from each side. About three in five meet the dusty grain. 32
+    lines give the share of the silhouette to a standard error of .011, 128 lines to half of that.
     """
     if not len(dust):
         return Cover(np.array([_NEVER]), np.array([True]), np.array([_NEVER]))
@@ -72,7 +72,7 @@ def _from_afar(grain, shapes, placed, lines):
         np.linalg.norm(grain.vertices, axis=1).max(),
         (np.linalg.norm(placed.centre, axis=1) + outer).max(),
     )
-    # Parallel lines on a spiral that fills the disc evenly, turned from one direction to the next.
+    # Parallel lines on a spiral that fills the disc evenly. Each direction has it turned.
     side, number = np.divmod(np.arange(_DIRECTIONS * lines), lines)
     away = reach * np.sqrt((number + 0.5) / lines)
     angle = GOLDEN_ANGLE * (number + lines * side)
@@ -83,8 +83,8 @@ def _from_afar(grain, shapes, placed, lines):
     enter, leave = core.crossings(origins, directions, core.at_origin(len(origins)))
     grain_at = np.where(enter < leave, enter, np.inf)
 
-    # Seen along a direction, only fines beside a line can meet it: neighbours on a plane, the
-    # planes of all directions being stacked.
+    # Only fines near a line, seen along its direction, can meet it: they are neighbours on a plane.
+    # The planes of all directions are stacked.
     level = 4 * shapes.outer.max() * np.arange(_DIRECTIONS)
     seen = np.empty((_DIRECTIONS, len(placed), 3))
     seen[..., :2], seen[..., 2] = placed.centre @ turn[:, :, :2], level[:, None]

@@ -1,12 +1,12 @@
-"""Dressing a grain with fines: facet on facet, none sinking into the grain.
+"""Dressing a grain with fines: facet on facet, no fine inside the grain.
 
-The grain's facets are subdivided into cells of about the fine's size, and every cell is a seat.
+The grain's facets are divided into cells of about the fine's size. Every cell is a seat.
 A fine sits on its largest facet, flush with its host's facet, normal against normal, turned at
-random. Where the grain has no free seat left for a fine, it is seated in the next layer, on an
-outer facet of a fine that sits already.
+random. Where the grain has no free seat left for a fine, the fine goes into the next layer: on an
+outer facet of a fine that has its seat.
 
-Fines are seated one after another, each looking only at those before it. So the fines of a
-smaller count are the first of those of a larger one, and dust can be taken off step by step.
+Fines are seated one after another, and each depends only on those before it. So the fines of a
+smaller count are the first of those of a larger count, and dust can be taken off step by step.
 """
 
 from dataclasses import dataclass
@@ -21,11 +21,11 @@ from .clearance import Clearance
 from .cover import measure
 from .seats import Pool, frames
 
-# So many fines are seated before the cover is looked at, if a cover is asked for; then twice as
-# many, and so on, up to what a count could ask for.
+# Where a cover is asked for, it is measured after this many fines, then after twice as many, and
+# so on up to the most.
 _FIRST_LOOK = 256
 _MOST = 100_000
-# Parallel lines that measure a cover asked for.
+# Parallel lines from each side that measure a cover asked for.
 _LINES = 128
 
 

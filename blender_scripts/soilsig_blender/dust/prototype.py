@@ -13,9 +13,9 @@ from .cover import Cover
 from .dressing import Dust, FineClass, dress, seated_on_base
 from .reduced_hull import reduced_hull
 
-# Different fines of one class; each is seated many times, turned at random.
+# Different bodies of a class of fines. Each is seated many times, turned at random.
 _FINE_BODIES = 4
-# The outline reaches as far as the dusty grain in every direction to this share of the diameter.
+# Tolerance of the outline's reach in every direction, as a share of the diameter.
 _OUTLINE_SHARE = 1e-3
 
 

@@ -1,7 +1,7 @@
-"""The convex hull of a dusty grain as Bullet gets it: few points, a stated tolerance.
+"""The convex hull of a dusty grain for Bullet: few points, to a stated tolerance.
 
-Bullet's time goes with the number of points, and most corners of the full hull stand a micrometre
-beside another corner of the same fine.
+Bullet's time grows with the number of points, and most corners of the full hull are a micrometre
+away from another corner of the same fine.
 """
 
 import numpy as np
@@ -9,16 +9,16 @@ import numpy as np
 from ..common.directions import fibonacci
 from ..common.neighbours import clumps, ranges
 
-# The hull is measured by how far it reaches in this many directions.
+# The reach of the hull is compared in this many directions.
 _DIRECTIONS = 1000
 # Side of a clump of points as a share of the whole.
 _CLUMP = 0.06
 
 
 def reduced_hull(points, tolerance):
-    """Points whose hull reaches as far as that of all, to the tolerance, in every direction.
+    """Points whose hull reaches as far as that of all points in every direction, to the tolerance.
 
-    The point that is missed most is taken first.
+    The point whose lack would cost the most reach is taken first.
     """
     directions = fibonacci(_DIRECTIONS)
     extreme = _extreme(points, directions)
@@ -36,7 +36,7 @@ def reduced_hull(points, tolerance):
 def _extreme(points, directions):
     """The point furthest out in each direction.
 
-    Only clumps of points that may hold it are asked: far fewer than all.
+    Only clumps of points that may hold it are searched.
     """
     order, start = clumps(points, np.ptp(points, axis=0).max() * _CLUMP)
     points, end = points[order], np.append(start[1:], len(points))

@@ -1,4 +1,4 @@
-"""Where a fine can sit: on the grain's facets, and on the fines that sit already."""
+"""Where a fine can sit: on the grain's facets, and on the fines that are seated."""
 
 from dataclasses import dataclass
 
@@ -9,17 +9,17 @@ from ..common.directions import cosine_and_sine
 from ..common.neighbours import ranges
 from ..common.randomness import shuffled
 
-# Side of a cell on a facet as a share of the fine's diameter: below 1 so that a seat lost to a
-# neighbour leaves another one close by.
+# Side of a cell on a facet as a share of the fine's diameter. It is below 1, so that another seat
+# is close to one that a neighbour takes away.
 _CELL = 0.65
-# Where no seat is left in any layer, the grain's facets are divided again, into cells of half the
-# side, until there have been so many lattices.
+# Where no seat is left in any layer, the grain's facets are divided again into cells of half the
+# side. There are at most this many divisions.
 _LATTICES = 2
 # A facet offers a seat if its area is at least this share of the area of the fine's base.
 _SUPPORT = 0.2
-# Outer facets of a fine: those tilted by less than 72 degrees (cosine) from the facet it sits on.
+# Outer facets of a fine are tilted by less than 72 degrees from the facet that it sits on (cosine).
 _OUTER = 0.3
-# Seats are offered so many at a time: most of a larger batch would be lost to its own first few.
+# Seats offered at a time. Most seats of a larger batch would be lost to its first few.
 _BATCH = 256
 
 
@@ -130,7 +130,7 @@ def _cells(body, side, least_area, rng):
     facet, row, column = _lattice(corners, side, height, offsets)
     y = (row + offsets[facet, 1]) * height
     x = (column + 0.5 * (row % 2) + offsets[facet, 0]) * side
-    # A facet that no point of the lattice falls on offers its middle.
+    # A facet without a point of the lattice offers its middle.
     missed = np.setdiff1d(np.arange(len(wide)), facet)
     facet = np.concatenate([facet, missed])
     order = np.argsort(facet, kind="stable")

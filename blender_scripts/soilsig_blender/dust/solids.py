@@ -66,7 +66,7 @@ class DustySolids:
         self.fines = fines
         self.centre = centre  # (N, 3)
         self.outer = outer  # (N,)
-        self.radius = radius  # of the whole about its centre of mass
+        self.radius = radius  # of the dusty grain about its centre of mass
 
     @classmethod
     def of(cls, prototype):

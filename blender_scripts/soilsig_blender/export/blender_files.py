@@ -50,7 +50,7 @@ class BlenderBed:
             export_format="GLB",
             use_selection=True,
             export_yup=True,
-            # A reader takes facets without normals as flat, which they are.
+            # Readers show facets without normals flat, as they are.
             export_normals=False,
             export_texcoords=False,
             export_animations=False,

@@ -4,7 +4,7 @@ import json
 
 
 def write_scene(path, scene, packing, prototypes, drop):
-    """The scene as it came, its packing replaced by where everything lies."""
+    """The scene as read, with the places of all grains instead of its packing."""
     crop = packing["crop_um"]
     placed = {
         "prototypes": [
@@ -25,8 +25,8 @@ def write_scene(path, scene, packing, prototypes, drop):
 
 
 def write_frames(path, packing, prototypes, drop):
-    """Where the grains of the scene, in its order, were at some times of the drop."""
-    digits = (6, 6, 6, 2)  # of the turn; a hundredth of a micrometre
+    """Where the grains were at some times of the drop, in the scene's order."""
+    digits = (6, 6, 6, 2)  # the turn's decimals, and a hundredth of a micrometre
     frames = [
         {
             "time_s": time_s,

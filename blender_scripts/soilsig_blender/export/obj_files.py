@@ -1,7 +1,7 @@
 """Wavefront .obj in micrometres, one object a prototype, faces grouped by material.
 
-Written here rather than by Blender's exporter: that one prints six decimals of a unit and leaves
-the order of faces to the version.
+Blender's exporter is not used: it prints six decimals of a unit, and the order of faces depends on
+its version.
 """
 
 import numpy as np

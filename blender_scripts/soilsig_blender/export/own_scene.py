@@ -8,12 +8,12 @@ from ..model.own_grains import entries
 from ..model.shapes import SHAPES
 from . import json_files
 
-# Area of the tray for each grain, as a share of the square of its diameter, and the rim that is not
-# looked at, in mean diameters: as in the shipped scenes.
+# As in the shipped scenes: the tray's area for each grain as a share of its squared diameter, and
+# the rim that is left out, in mean diameters.
 _AREA = 0.56
 _RIM = 0.9
-# Fines of the shipped scenes: a fifth by number are the larger ones, in one layer, neighbours
-# passing through each other.
+# The fines of the shipped scenes: a fifth by number are the larger ones. They lie in one layer, and
+# neighbours may overlap.
 FINES = (("fine_35", 35.0, 0.8), ("fine_60", 60.0, 0.2))
 DUST = {"layers": 1, "overlap": 1.0}
 _DROP = {
@@ -28,7 +28,7 @@ _DROP = {
 
 
 def fine_classes(grains=None):
-    """The classes of fines, out of the library where it has grains of their size class."""
+    """The classes of fines: own grains where there are some of their size class."""
     of = _by_class(grains or {})
     return [
         {

@@ -38,7 +38,7 @@ def report(prototypes, drop, attempts, checks, bed):
 def _prototype(prototype):
     grain_class = prototype.grain_class
     reached = measure(prototype.grain)
-    # Of a grain out of a library nothing is asked.
+    # The user's own grains have no targets.
     shape = SHAPES.get(grain_class["shape"]) if isinstance(grain_class["shape"], str) else None
     asked = shape.asked if shape else dict.fromkeys(reached)
     variant = int(prototype.name.rpartition("_")[2])

@@ -1,10 +1,10 @@
-"""Is a modelled body what all else relies on: closed, outward, free of self-intersection?"""
+"""Is a modelled body closed, turned outward and free of self-intersection?"""
 
 import numpy as np
 
 from ..common.errors import BedError
 
-# A corner may stand this far before a facet's plane, as a share of the body's extent: rounding.
+# Rounding: a corner may stand this far before a facet's plane, as a share of the body's extent.
 _ROUNDING = 1e-9
 
 

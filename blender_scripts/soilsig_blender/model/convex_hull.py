@@ -1,7 +1,7 @@
 """The convex hull of points as a polyhedron, its nearly coplanar triangles joined into facets.
 
-Which points make a triangle is decided for points shaken by a millionth of the extent, so that no
-four of them lie in one plane; the corners of the hull are the points as they came.
+The triangles are found for points displaced by a millionth of the extent, so that no four of them
+lie in one plane. The corners of the hull are the points as given.
 """
 
 from collections import Counter
@@ -10,11 +10,11 @@ import numpy as np
 
 from .polyhedron import Polyhedron, heights
 
-# Shares of the extent: the shaking, and how far corners may lie off the plane of their facet. The
-# single precision of modelling programs errs by less than either.
-_SHAKE = 1e-6
+# Shares of the extent: the displacement, and how far corners may lie off the plane of their facet.
+# The rounding of modelling programs, single precision, is less than either.
+_DISPLACEMENT = 1e-6
 FLATNESS = 1e-5
-# Slivers apart, triangles of one facet face the same way (cosine).
+# Triangles of one facet face the same way to this cosine, except slivers.
 _SAME_WAY = 0.9
 
 
@@ -25,7 +25,7 @@ def hull_of(points) -> Polyhedron:
         raise ValueError("there are fewer than four points")
     size = np.ptp(points, axis=0).max()
     while True:
-        triangles = _triangles(points + _SHAKE * size * _shaking(len(points)), size)
+        triangles = _triangles(points + _DISPLACEMENT * size * _displacements(len(points)), size)
         loops = _joined(points, triangles, FLATNESS * size)
         needless = _needless(points, loops, FLATNESS * size)
         if not needless:
@@ -33,8 +33,8 @@ def hull_of(points) -> Polyhedron:
         points = np.delete(points, needless, axis=0)
 
 
-def _shaking(count):
-    """Even over a cube; by squares, since equal steps would shake points in a row as a row."""
+def _displacements(count):
+    """Even over a cube. They go by squares: equal steps would displace points in a row alike."""
     steps = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
     return (np.arange(count)[:, None] ** 2 * steps) % 1 - 0.5
 

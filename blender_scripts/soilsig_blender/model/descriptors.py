@@ -10,17 +10,17 @@ Sphericity: surface of the sphere of equal volume over that of the body (Wadell,
 Roundness: mean radius of the corners of a silhouette over that of its largest inscribed circle
 (Wadell, as before), the mean of three silhouettes across one another (Blott and Pye). A corner is
 where the outline curves more than that circle (Zheng and Hryciw, Geotechnique 65, 494, 2015). A
-polygon's corners are points: how round they are is a matter of the resolution at which an outline
-is seen, here `RESOLUTION`. A square then has .077, a hexagon .100.
+polygon's corners are points: how round they are depends on the resolution at which the outline is
+seen, here `RESOLUTION`. A square then has .077, a hexagon .100.
 """
 
 import numpy as np
 
 from .polyhedron import heights
 
-# Standard deviation of the Gaussian along the outline, as a share of the perimeter, over which its
-# turning is averaged. To corners of 30 to 60 degrees this does what local quadratic smoothing over
-# a window of 6 % of the outline does, as in image analysis.
+# The outline's turning is averaged over a Gaussian along it: its standard deviation as a share of
+# the perimeter. For corners of 30 to 60 degrees this equals the local quadratic smoothing of image
+# analysis over a window of 6 % of the outline.
 RESOLUTION = 0.006
 # Places on the outline where its curvature is taken: six for each standard deviation.
 _PLACES = 1000

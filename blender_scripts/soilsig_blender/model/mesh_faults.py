@@ -1,6 +1,6 @@
-"""Is a mesh from anywhere a grain: closed, outward, one piece, not through itself, convex?
+"""Is any mesh a grain: closed, turned outward, in one piece, free of self-intersection, convex?
 
-Each fault is told with the faces where it is, so that they can be selected in the window.
+Each fault names the faces where it is, so that they can be selected in the window.
 """
 
 from dataclasses import dataclass
@@ -11,10 +11,10 @@ import numpy as np
 from .convex_hull import depth_below, hull_of
 from .polyhedron import volume_and_centroid
 
-# A face that lies deeper below the hull than this share of the extent is a hollow; what is less is
-# levelled when the grain is saved.
+# A face deeper below the hull than this share of the extent is a hollow. Less is levelled when the
+# grain is saved.
 HOLLOW = 2e-3
-# Boxes around triangles are compared so many rows at a time, to bound the memory.
+# Boxes around triangles that are compared at a time with all others, to bound the memory.
 _ROWS = 512
 
 
@@ -52,7 +52,7 @@ def faults(mesh: TriangleMesh):
     found = [_flat(mesh), *_edges(mesh)]
     found = [fault for fault in found if fault]
     if not found:
-        # Of a closed surface only can it be said which side is out.
+        # Only a closed surface has an outside.
         found += [_pieces(mesh), _inside_out(mesh), _through_itself(mesh)]
         found = [fault for fault in found if fault]
     return found or [fault for fault in [_hollow(mesh)] if fault]
@@ -136,7 +136,7 @@ def _through_itself(mesh):
     for a, b in ((first, second), (second, first)):
         for i in range(3):
             tail, head = a[:, i], a[:, (i + 1) % 3]
-            # An edge that ends at a corner of the other triangle meets it there by right.
+            # An edge that ends at a corner of the other triangle may meet it there.
             apart = (shared < 2) & ~((b == tail[:, None]) | (b == head[:, None])).any(axis=1)
             at = np.flatnonzero(apart)
             at = at[_pierces(mesh.vertices, tail[at], head[at], b[at])]

@@ -15,7 +15,7 @@ from .polyhedron import Polyhedron
 from .shapes import SHAPES, equivalent_diameter, measure
 
 VERSION = 1
-# Names become those of files and of objects in a .obj.
+# Files and objects in a .obj are called by these names.
 NAME = re.compile(r"[A-Za-z0-9_-]{1,40}")
 
 
@@ -55,7 +55,7 @@ def entries(folder):
             with open(path, encoding="utf-8") as text:
                 entry = json.load(text)
         except ValueError as error:
-            raise BedError("scene", f"{path} is not JSON: {error}", "mend it there") from error
+            raise BedError("scene", f"{path} is not JSON: {error}", "correct the file") from error
         if not isinstance(entry, dict) or entry.get("soilsig_grain") != VERSION:
             continue
         if entry.get("size_class") in SHAPES:

@@ -69,8 +69,11 @@ class Polyhedron:
 
 
 def heights(points, direction):
-    """Scalar products with one direction; `points @ direction` in some builds of numpy rounds by
-    where its arrays lie in memory."""
+    """Scalar products with one direction.
+
+    The rounding of `points @ direction` depends on the place of its arrays in memory in some builds
+    of numpy.
+    """
     return np.einsum("ij,j->i", points, direction)
 
 

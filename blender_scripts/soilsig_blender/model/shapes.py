@@ -63,12 +63,12 @@ SHAPES = {
     "grain_853": Shape(853, 0.82, 0.84, 0.90, 0.30, 10, 2, 0.10),
 }
 
-# A body that is further than this from what is asked is modelled anew.
+# A body that misses a target by more than this is modelled anew.
 TOLERANCE = {"elongation": 0.01, "flatness": 0.01, "sphericity": 0.03, "roundness": 0.05}
 _ATTEMPTS = 100
 
-# Random tilt of the fractures from the even spread of a Fibonacci sphere, and scatter of their
-# distances from the centre (as shares).
+# Random tilt of the fractures from an even spread over the sphere, and scatter of their distances
+# from the centre (as shares).
 _SCATTER = 0.28
 _IRREGULARITY = 0.2
 # The blow falls this far from the middle of the fracture (as a share of the distance from the
@@ -144,7 +144,7 @@ def _formed(body, shape):
     """The body stretched along its L, I and S to the form asked for, its volume that of a unit
     sphere's diameter."""
     wanted = np.array([1, shape.elongation, shape.elongation * shape.flatness])
-    # Stretching moves the corner that is farthest: the second time there is little left to do.
+    # Stretching changes which corners are farthest apart: the second time little is left to do.
     for _ in range(2):
         lengths, axes = feret_axes(body.vertices)
         body = body.moved(axes, np.zeros(3)).scaled(wanted * lengths[0] / lengths)

@@ -15,7 +15,7 @@ from .descriptors import outline as convex_outline
 _BLUR = 0.004
 # A patch of less than this share of the image is no grain.
 _LEAST_SHARE = 0.005
-# Corners of the hull are left out as long as that costs no more than this share of its area.
+# Corners of the hull are left out while that costs no more than this share of its area.
 _COARSEST = 2e-3
 
 
@@ -38,12 +38,12 @@ class Silhouette:
 def trace(grey, threshold=None, leave_out_below=0) -> Silhouette:
     """The largest bright patch of an image, without holes.
 
-    `leave_out_below` rows at the lower edge are not looked at: the microscope's legend. Without a
-    threshold that of Otsu is taken (IEEE Trans. Syst. Man Cybern. 9, 62, 1979).
+    `leave_out_below` rows at the lower edge, the microscope's legend, are ignored. Without a
+    threshold Otsu's is taken (IEEE Trans. Syst. Man Cybern. 9, 62, 1979).
     """
     seen = grey[leave_out_below:]
     if seen.shape[0] < 16 or seen.shape[1] < 16:
-        raise BedError("scene", "less than 16 pixels of the image are left", "leave out less")
+        raise BedError("scene", "less than 16 pixels of the image are left", "lower the legend")
     blurred = _blurred(seen, _BLUR * grey.shape[0])
     level = otsu(blurred) if threshold is None else threshold
     patch = _largest(blurred > level)

@@ -1,9 +1,9 @@
 """A body whose silhouette from above is a given outline, bounded by fracture facets.
 
 Every side of the outline's hull is a steep facet; above and below them the fractures of a shape
-(`shapes.fractures`) are laid tangent to the hull inflated to an ellipsoid's roundness. What the
-tilt of the steep facets takes off the corners of the outline is measured as IoU; the tilt is halved
-until it is little.
+(`shapes.fractures`) are laid tangent to the hull inflated to an ellipsoid's roundness. The
+tilt of the steep facets cuts the corners of the outline. The loss is measured as IoU, and the tilt
+is halved until the loss is small.
 """
 
 from dataclasses import replace
@@ -18,7 +18,7 @@ from .silhouette import Silhouette, area, overlap
 
 # Least overlap (intersection over union) of the body's silhouette with the outline.
 LEAST_OVERLAP = 0.9
-# What tilting may take of it.
+# Most of that overlap that the tilt may cost.
 _TILT_COST = 0.03
 # Largest tilt of a steep facet (its tangent), and half of the height of these facets as a share of
 # half of the thickness.
@@ -26,8 +26,8 @@ _TILT = 0.35
 _RIM = 0.3
 # Fractures steeper than this (z of the normal) are left to the facets along the outline.
 _STEEP = 0.35
-# So many fractures more than the shape has make up for those, and each goes up to this share deeper
-# than the inflated hull.
+# Fractures beyond those of the shape that make up for these, and the share by which each may go
+# deeper than the inflated hull.
 _MORE = 6
 _DEEPER = 0.1
 
@@ -47,13 +47,13 @@ def model(silhouette: Silhouette, um_per_pixel, thickness, shape, rng):
     tilt = sign * _TILT * (0.3 + 0.7 * rng.random(len(normals)))
     inflated = np.hypot((fans[:, :2] @ (corners - middle).T).max(axis=1), half * fans[:, 2])
     inflated *= 1 - _DEEPER * rng.random(len(fans))
-    # Fractures of one side alone would leave the other open.
+    # Fractures on one side alone would leave the other side open.
     fans = np.vstack([fans, [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)]])
     inflated = np.append(inflated, [half, half])
     best = 0.0
     for _ in range(6):
         steep = np.column_stack([normals, tilt])
-        # Hinged where the outward end of the facet is to lie on the outline.
+        # The hinge is where the outward end of the facet lies on the outline.
         reach = offsets - _RIM * half * np.abs(tilt)
         length = np.linalg.norm(steep, axis=1)
         body = intersect(
