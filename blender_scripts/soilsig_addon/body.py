@@ -19,8 +19,8 @@ class Normalise(GrainOperator):
     bl_idname = "soilsig.normalise"
     bl_label = "Normalise"
     bl_description = (
-        "Scale the grain so that its volume is that of a sphere of the diameter. Its origin goes to "
-        "its centre of mass"
+        "Scale the grain so that its volume is that of a sphere of the diameter. Its origin goes "
+        "to its centre of mass"
     )
 
     def work(self, context):

@@ -17,7 +17,7 @@ def make_grains(seed, variants, folder):
         progress("model", len(shapes), len(SHAPES))
         entries = []
         for variant in range(variants):
-            # The bodies of a scene whose class has the shape's name: the random numbers are the same.
+            # As in a scene whose class has the shape's name: the bodies are the same.
             body = model(shape, shape.diameter_um, stream(seed, "shape", name, variant))
             bodies[f"{name}_{variant}"] = body
             entries.append(_describe(f"{name}_{variant}", body))

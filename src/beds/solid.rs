@@ -1,6 +1,6 @@
 //! Whether a mesh is one whole convex body that faces outward, and if not, what is wrong and where.
 //!
-//! `blender_scripts/soilsig_blender/solid_checks.py` asks the same inside Blender, where the faces at fault
+//! `blender_scripts/soilsig_blender/model/mesh_faults.py` asks the same inside Blender, where the faces at fault
 //! can be selected; here no Blender is needed.
 
 use std::collections::BTreeMap;
