@@ -29,7 +29,7 @@ def settled_bed(prototypes, packing):
                 raise
             attempts.append({"settings": settings, "outcome": error.kind, "reason": str(error)})
             if len(attempts) == 1:
-                warning(f"the first drop failed: {error}; dropping again with safer settings")
+                warning(f"the first drop failed: {error}; dropped again with safer settings")
             last = error
         else:
             attempts.append({"settings": settings, "outcome": "settled", "reason": None})
