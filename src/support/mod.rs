@@ -3,9 +3,8 @@
 pub mod cache;
 pub mod envi;
 pub mod error;
-pub mod interrupt;
+pub mod monitor;
 pub mod output;
-pub mod progress;
 pub mod random;
 mod sobol;
 pub mod statistics;
