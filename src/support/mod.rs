@@ -3,6 +3,7 @@
 pub mod cache;
 pub mod envi;
 pub mod error;
+pub mod file_error;
 pub mod monitor;
 pub mod output;
 pub mod random;
