@@ -43,7 +43,7 @@ fn main() -> io::Result<()> {
         return Ok(());
     };
     let path = Path::new(&scene);
-    let bed = ingest::load(&Scene::read(path).expect("a scene"), path).expect("sound meshes");
+    let bed = ingest::load(&Scene::read(path).expect("a scene")).expect("sound meshes");
     let (resident, started) = (resident_bytes()?, cpu_seconds());
     let accelerator = Accelerator::new(&bed);
     let built = (resident_bytes()? - resident, cpu_seconds() - started);

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use soilsig::histogram::{Histogram, Mean};
 use soilsig::scene::{Grid, Scene};
-use soilsig::spectrum::Spectrum;
-use soilsig::table::{Part, Target, materials};
-use soilsig::tracer::rules::Course;
+use soilsig::support::monitor::Unwatched;
+use soilsig::table::{Part, Prepared, Target};
+use soilsig::tracer::rules::TracingRules;
 use soilsig::tracer::trace;
 use soilsig::tracer::until::{self, Watch};
 
@@ -21,18 +21,16 @@ const BANDS_UM: [f64; 6] = [8.2, 8.5, 8.63, 8.97, 11.0, 12.5];
 fn main() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
     let scene = Scene::read(&path).expect("a shipped scene");
-    let tracer = trace::tracer(&scene, &path).expect("its meshes");
-    let materials = materials::materials(&scene, &path).expect("shipped spectra");
-    let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
-    let course = Course::new(&scene, &spectra);
-    let at = |wavelengths_um: &[f64]| {
-        materials::reflectances(&spectra, course.kept, wavelengths_um).expect("within their range")
-    };
-    let (bands, looked_at) = (at(&Grid::PAPER.wavelengths_um()), at(&BANDS_UM));
+    let tracer = trace::tracer(&scene).expect("its meshes");
+    let prepared =
+        |um: &[f64]| Prepared::new(scene.clone(), um).expect("shipped spectra hold the bands");
+    let of_result = prepared(&Grid::PAPER.wavelengths_um());
+    let rules = TracingRules::new(&of_result);
+    let (bands, looked_at) = (of_result.reflectances, prepared(&BANDS_UM).reflectances);
     let run = |seed: u64, target: Target| -> Vec<Mean> {
-        let course = course.clone().ending_below(target.least_weight, &bands);
-        let watch = Watch { progress: &|_, _| (), keep: &|_| Ok(()) };
-        let traced = until::trace(&tracer, &course, seed, &bands, target, None, &watch);
+        let rules = rules.clone().ending_below(target.least_weight, &bands);
+        let watch = Watch { monitor: &Unwatched, what: "paths", keep: &|_| Ok(()) };
+        let traced = until::trace(&tracer, &rules, seed, &bands, target, None, &watch);
         let histogram = Histogram::of(&traced.expect("traced").tally);
         looked_at.iter().map(|reflectance| histogram.weight(reflectance)).collect()
     };

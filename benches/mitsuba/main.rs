@@ -25,8 +25,9 @@ use serde_json::{Value, json};
 use soilsig::histogram::{Histogram, Mean};
 use soilsig::products::export::{self, To};
 use soilsig::scene::{Grid, Scene};
-use soilsig::table::{Target, materials};
-use soilsig::tracer::rules::Course;
+use soilsig::support::monitor::Unwatched;
+use soilsig::table::{Prepared, Target};
+use soilsig::tracer::rules::TracingRules;
 use soilsig::tracer::until::{self, Watch};
 use soilsig::tracer::{Tracer, trace};
 
@@ -65,21 +66,19 @@ type Done<T> = Result<T, Box<dyn Error>>;
 struct Ours {
     tracer: Tracer,
     scene: Scene,
-    materials: Vec<soilsig::table::TableMaterial>,
-    path: String,
     /// Folder of the same scene for Mitsuba.
     exported: PathBuf,
 }
 
 impl Ours {
     fn bands(&self, wavelengths_um: &[f64]) -> Done<Vec<Vec<f64>>> {
-        let kept = self.course().kept;
-        Ok(materials::bands(&self.materials, kept, wavelengths_um, Path::new(&self.path))?)
+        Ok(Prepared::new(self.scene.clone(), wavelengths_um)?.reflectances.to_vec())
     }
 
-    fn course(&self) -> Course {
-        let spectra: Vec<_> = self.materials.iter().map(|m| &m.spectrum).collect();
-        Course::new(&self.scene, &spectra)
+    fn rules(&self) -> TracingRules {
+        TracingRules::new(
+            &Prepared::new(self.scene.clone(), &BANDS_UM).expect("it was read before"),
+        )
     }
 
     /// CPU seconds, and the weight in each of the bands that are `asked` for, of a trace that serves `bands`.
@@ -91,10 +90,10 @@ impl Ours {
         tolerance: f64,
     ) -> Done<(f64, Vec<Mean>)> {
         let target = Target::of(tolerance);
-        let watch = Watch { progress: &|_, _| (), keep: &|_| Ok(()) };
+        let watch = Watch { monitor: &Unwatched, what: "paths", keep: &|_| Ok(()) };
         let started_s = cpu_s();
-        let course = self.course().ending_below(target.least_weight, bands);
-        let traced = until::trace(&self.tracer, &course, seed, bands, target, None, &watch)?;
+        let rules = self.rules().ending_below(target.least_weight, bands);
+        let traced = until::trace(&self.tracer, &rules, seed, bands, target, None, &watch)?;
         let histogram = Histogram::of(&traced.tally);
         let means = asked.iter().map(|rho| histogram.weight(rho)).collect();
         Ok((cpu_s() - started_s, means))
@@ -256,11 +255,10 @@ fn ours(scene: &str, open_scene: &str) -> Done<Ours> {
     open(scene, open_scene)?;
     let path = Path::new(open_scene);
     let scene = Scene::read(path)?;
-    let tracer = trace::tracer(&scene, path)?;
-    let materials = materials::materials(&scene, path)?;
+    let tracer = trace::tracer(&scene)?;
     let exported = path.with_extension("mitsuba");
-    export::export(&scene, path, To::Mitsuba, &BANDS_UM[..3], &exported)?;
-    Ok(Ours { tracer, scene, materials, path: open_scene.into(), exported })
+    export::export(&scene, To::Mitsuba, &BANDS_UM[..3], &exported)?;
+    Ok(Ours { tracer, scene, exported })
 }
 
 fn costs(python: &str, ours: &Ours) -> Done<()> {

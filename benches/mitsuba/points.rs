@@ -22,10 +22,10 @@ const REFERENCE_SEED: u64 = 1 << 40;
 /// Measures each number of paths and writes them to a file.
 pub fn write(python: &str, ours: &Ours, file: &str) -> Done<()> {
     let bands = ours.bands(&BANDS_UM)?;
-    let course = ours.course().ending_below(Target::of(TOLERANCE).least_weight, &bands);
+    let rules = ours.rules().ending_below(Target::of(TOLERANCE).least_weight, &bands);
     eprintln!("measuring: reference");
     let paths = 0..REFERENCE;
-    let tally = ours.tracer.trace(&course, REFERENCE_SEED, Purpose::Result, paths, &|_| ())?;
+    let tally = ours.tracer.trace(&rules, REFERENCE_SEED, Purpose::Result, paths, &|_| Ok(()))?;
     let histogram = Histogram::of(&tally);
     let exact: Vec<Mean> = bands.iter().map(|band| histogram.weight(band)).collect();
     let reference = Reference {

@@ -18,8 +18,8 @@ use crate::blender::{self, Blender, Event, Job, Version};
 use crate::scene::{Packing, Scene, SceneGeometry};
 use crate::support::cache::{Cache, CacheError, Made};
 use crate::support::error::Error;
+use crate::support::monitor::{Monitor, Step};
 use crate::support::output::{self, OutputError};
-use crate::support::progress::Step;
 
 /// Name of a stage in the cache.
 const STAGE: &str = "drop";
@@ -83,7 +83,7 @@ impl Order<'_> {
                     let (inputs, done, total) = (&inputs, &done, missing.len() as u64);
                     scope.spawn(move || {
                         let on_event = |event: &Event| tell(event, done, total, step);
-                        self.make(&lot, inputs, cache, &log(lot[0]), &on_event)
+                        self.make(&lot, inputs, cache, &log(lot[0]), step.monitor, &on_event)
                     })
                 })
                 .collect();
@@ -126,6 +126,7 @@ impl Order<'_> {
         inputs: &[MadeFrom],
         cache: &Cache,
         log: &Path,
+        monitor: &dyn Monitor,
         on_event: &dyn Fn(&Event),
     ) -> Result<(), Error> {
         let scratch = cache.scratch()?;
@@ -155,6 +156,7 @@ impl Order<'_> {
             out: scratch.path(),
             log,
             time_limit: self.time_limit * lot.len() as u32,
+            monitor,
         };
         let finished = self.blender.run(&job, &mut |event| on_event(event));
         for &packing in lot {
@@ -181,13 +183,13 @@ fn tell(event: &Event, done: &AtomicU64, total: u64, step: &Step) {
         Event::Progress { stage, .. } if stage == "bed" => {
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             if total > 1 {
-                step.at(done, total, "packings");
+                step.monitor.at(done, total, "packings");
             }
         }
         Event::Progress { stage, done, total: steps } if total == 1 => {
-            step.at(*done, *steps, stage);
+            step.monitor.at(*done, *steps, stage);
         }
-        Event::Warning { message } => step.say(&format!("warning: {message}")),
+        Event::Warning { message } => step.monitor.say(&format!("warning: {message}")),
         _ => {}
     }
 }

@@ -7,14 +7,19 @@ use std::time::Duration;
 
 use super::probe::{PythonWithBpy, probe, python_with_bpy};
 use super::{Blender, BlenderError, Kind, known};
+use crate::support::monitor::Monitor;
 
 /// The environment variable that names the Blender to use.
 pub const VARIABLE: &str = "SOILSIG_BLENDER";
 
 /// Finds the Blender to use; `explicit` is the one of `--blender`, `cache` the folder of what is
 /// remembered between runs.
-pub fn find(explicit: Option<&Path>, cache: &Path) -> Result<Blender, BlenderError> {
-    Search::new(explicit, cache).find()
+pub fn find(
+    explicit: Option<&Path>,
+    cache: &Path,
+    monitor: &dyn Monitor,
+) -> Result<Blender, BlenderError> {
+    Search::new(explicit, cache).find(monitor)
 }
 
 /// Where to look, and how long to wait for an answer.
@@ -79,16 +84,16 @@ impl Search {
     /// # Errors
     /// The first thing that was wrong with what was found. A choice of the user's that does not
     /// work is not replaced by another Blender.
-    pub fn find(&self) -> Result<Blender, BlenderError> {
-        Self::conclude(self.attempts())
+    pub fn find(&self, monitor: &dyn Monitor) -> Result<Blender, BlenderError> {
+        Self::conclude(self.attempts(monitor))
     }
 
     /// Looks at one place after the other, up to the first Blender that will do.
-    pub fn attempts(&self) -> Vec<Attempt> {
+    pub fn attempts(&self, monitor: &dyn Monitor) -> Vec<Attempt> {
         let mut attempts = Vec::new();
         for (place, choice) in [("--blender", &self.explicit), (VARIABLE, &self.variable)] {
             if let Some(choice) = choice {
-                let (path, outcome) = self.choice(choice);
+                let (path, outcome) = self.choice(choice, monitor);
                 attempts.push(Attempt { place, path: Some(path), outcome });
                 return attempts;
             }
@@ -104,7 +109,8 @@ impl Search {
         ];
         for (place, name) in names {
             let path = self.which(name);
-            let outcome = path.as_deref().map_or(Outcome::Nothing, |path| self.examine(path));
+            let outcome =
+                path.as_deref().map_or(Outcome::Nothing, |path| self.examine(path, monitor));
             let is_last =
                 matches!(outcome, Outcome::Found(_) | Outcome::Failed(BlenderError::Interrupted));
             attempts.push(Attempt { place, path, outcome });
@@ -138,7 +144,7 @@ impl Search {
     }
 
     /// Looks at what the user named.
-    fn choice(&self, choice: &OsStr) -> (PathBuf, Outcome) {
+    fn choice(&self, choice: &OsStr, monitor: &dyn Monitor) -> (PathBuf, Outcome) {
         let unusable = |path: &Path, reason: &str| {
             let path = path.to_owned();
             Outcome::Failed(BlenderError::Unusable { path, reason: reason.into() })
@@ -148,7 +154,7 @@ impl Search {
             let outcome = unusable(&path, "there is no such executable file");
             return (path, outcome);
         };
-        let outcome = match self.examine(&path) {
+        let outcome = match self.examine(&path, monitor) {
             Outcome::NoBpy => unusable(&path, "this Python has no module bpy"),
             outcome => outcome,
         };
@@ -156,19 +162,19 @@ impl Search {
     }
 
     /// Tells whether an executable is a Blender that will do: from memory, or by asking it.
-    fn examine(&self, path: &Path) -> Outcome {
+    fn examine(&self, path: &Path, monitor: &dyn Monitor) -> Outcome {
         if !self.afresh
             && let Some(blender) = known::recall(&self.cache, path)
         {
             return Outcome::Found(blender);
         }
         let (answer, files) = match kind_of(path) {
-            Kind::Executable => (probe(Kind::Executable, path, self.patience), Vec::new()),
-            Kind::PythonModule => match python_with_bpy(path, self.patience) {
+            Kind::Executable => (probe(Kind::Executable, path, self.patience, monitor), Vec::new()),
+            Kind::PythonModule => match python_with_bpy(path, self.patience, monitor) {
                 Err(error) => return Outcome::Failed(error),
                 Ok(None) => return Outcome::NoBpy,
                 Ok(Some(PythonWithBpy { interpreter, bpy })) => {
-                    let answer = probe(Kind::PythonModule, &interpreter, self.patience);
+                    let answer = probe(Kind::PythonModule, &interpreter, self.patience, monitor);
                     (answer, vec![interpreter, bpy])
                 }
             },

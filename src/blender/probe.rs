@@ -10,14 +10,20 @@ use serde::Deserialize;
 use super::process::{self, Ending};
 use super::run::{Scratch, does_not_start, last_words, run_logged};
 use super::{Blender, BlenderError, Event, Kind, Version};
+use crate::support::monitor::Monitor;
 
 /// Starts a Blender to ask what it is.
-pub(super) fn probe(kind: Kind, path: &Path, patience: Duration) -> Result<Blender, BlenderError> {
+pub(super) fn probe(
+    kind: Kind,
+    path: &Path,
+    patience: Duration,
+    monitor: &dyn Monitor,
+) -> Result<Blender, BlenderError> {
     let scratch = Scratch::new()?;
     let log = scratch.log();
     let mut answer = None;
     let command = scratch.command(kind, path, "probe.py");
-    let ending = run_logged(command, &log, patience, &mut |event| {
+    let ending = run_logged(command, &log, patience, monitor, &mut |event| {
         if let Event::Probe { blender, python, numpy } = event {
             answer = Some((blender, python, numpy));
         }
@@ -77,6 +83,7 @@ pub(super) struct PythonWithBpy {
 pub(super) fn python_with_bpy(
     path: &Path,
     patience: Duration,
+    monitor: &dyn Monitor,
 ) -> Result<Option<PythonWithBpy>, BlenderError> {
     const QUESTION: &str = "import importlib.util, json, sys; \
         bpy = importlib.util.find_spec('bpy'); \
@@ -94,7 +101,7 @@ pub(super) fn python_with_bpy(
     let errors = File::options().write(true).open("/dev/null");
     let ending = errors
         .and_then(|errors| {
-            process::supervise(command, &errors, patience, &mut |line| {
+            process::supervise(command, &errors, patience, monitor, &mut |line| {
                 text.extend_from_slice(line);
             })
         })

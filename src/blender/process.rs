@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
 
-use crate::support::interrupt;
+use crate::support::monitor::Monitor;
 
 /// How often the limit, the user's wish to stop and the child's end are looked at.
 const POLL: Duration = Duration::from_millis(20);
@@ -84,6 +84,7 @@ pub(super) fn supervise(
     mut command: Command,
     errors: &File,
     limit: Duration,
+    monitor: &dyn Monitor,
     on_line: &mut dyn FnMut(&[u8]),
 ) -> io::Result<Ending> {
     let deadline = Instant::now() + limit;
@@ -105,7 +106,7 @@ pub(super) fn supervise(
             Some((ending, _)) if !is_open => return Ok(ending),
             // Something that it started still holds its stdout: dropping the group ends that.
             Some((ending, since)) if since.elapsed() > GRACE => return Ok(ending),
-            None if interrupt::requested() => return Ok(Ending::Interrupted),
+            None if monitor.is_cancelled() => return Ok(Ending::Interrupted),
             None if Instant::now() > deadline => return Ok(Ending::TimedOut),
             None if !is_open => thread::sleep(POLL),
             Some(_) | None => {}

@@ -9,10 +9,11 @@ use std::time::{Duration, Instant};
 
 use super::process::{self, Ending};
 use super::{Blender, BlenderError, Event, Kind, Trouble, scripts};
+use crate::support::monitor::Monitor;
 use crate::support::output::{self, OutputError};
 
 /// A script to be run.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Job<'a> {
     /// The script's name in `blender_scripts/`, such as `drop.py`.
     pub script: &'a str,
@@ -24,6 +25,8 @@ pub struct Job<'a> {
     pub log: &'a Path,
     /// When to end it.
     pub time_limit: Duration,
+    /// Whoever may end it before.
+    pub monitor: &'a dyn Monitor,
 }
 
 /// A job that was done: exit status 0, a last word `done`, and every file there.
@@ -54,7 +57,7 @@ impl Blender {
 
         let mut warnings = Vec::new();
         let mut last_word = None;
-        let ending = run_logged(command, job.log, job.time_limit, &mut |event| {
+        let ending = run_logged(command, job.log, job.time_limit, job.monitor, &mut |event| {
             on_event(&event);
             match event {
                 Event::Warning { message } => warnings.push(message),
@@ -196,6 +199,7 @@ pub(super) fn run_logged(
     command: Command,
     log: &Path,
     limit: Duration,
+    monitor: &dyn Monitor,
     on_event: &mut dyn FnMut(Event),
 ) -> Result<io::Result<Ending>, OutputError> {
     let at = |source| OutputError { path: log.to_owned(), source };
@@ -205,7 +209,7 @@ pub(super) fn run_logged(
     // Written in its place, not renamed into it: it is there to be read while Blender runs.
     let mut file = File::create(log).map_err(at)?;
     let mut written = writeln!(file, "{command:?}");
-    let ending = process::supervise(command, &file, limit, &mut |line| {
+    let ending = process::supervise(command, &file, limit, monitor, &mut |line| {
         let (event, text) = Event::split(line);
         if written.is_ok() {
             written = (&file).write_all(&text);

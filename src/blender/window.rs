@@ -10,6 +10,7 @@ use zip::write::SimpleFileOptions;
 use super::process::Ending;
 use super::run::{Scratch, does_not_start, last_words, run_logged};
 use super::{Blender, BlenderError, Kind, SCRIPTS};
+use crate::support::monitor::Monitor;
 use crate::support::output::{self, OutputError};
 
 /// The add-on's folder.
@@ -27,6 +28,7 @@ impl Blender {
         &self,
         grains: Option<&Path>,
         more: &[OsString],
+        monitor: &dyn Monitor,
     ) -> Result<(), BlenderError> {
         let path = self.path.clone();
         if self.kind == Kind::PythonModule {
@@ -39,7 +41,7 @@ impl Blender {
             command.arg("--grains").arg(folder);
         }
         let log = scratch.log();
-        let ending = run_logged(command, &log, NO_LIMIT, &mut |_| ())?
+        let ending = run_logged(command, &log, NO_LIMIT, monitor, &mut |_| ())?
             .map_err(|source| does_not_start(&path, &source))?;
         match ending {
             Ending::Exited(0) => Ok(()),

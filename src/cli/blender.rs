@@ -7,6 +7,7 @@ use super::{print, utf8_path};
 use crate::blender;
 use crate::support::cache::Cache;
 use crate::support::error::Error;
+use crate::support::monitor::Monitor;
 
 /// Opens Blender's window to author grains over SEM images, or writes the add-on for its preferences
 #[derive(clap::Args)]
@@ -35,12 +36,12 @@ struct What {
     addon_zip: Option<PathBuf>,
 }
 
-pub fn run(args: &Args, cache: &Cache) -> Result<(), Error> {
+pub fn run(args: &Args, cache: &Cache, monitor: &dyn Monitor) -> Result<(), Error> {
     if let Some(path) = &args.what.addon_zip {
         blender::write_addon(path)?;
         return print(&format!("wrote {}\n", path.display()));
     }
-    let found = blender::find(args.blender.as_deref(), cache.blenders())?;
+    let found = blender::find(args.blender.as_deref(), cache.blenders(), monitor)?;
     let grains = args.grains.as_ref().map(|path| std::path::absolute(path).unwrap_or(path.clone()));
-    Ok(found.open_window(grains.as_deref(), &args.more)?)
+    Ok(found.open_window(grains.as_deref(), &args.more, monitor)?)
 }

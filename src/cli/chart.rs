@@ -9,6 +9,7 @@ use crate::scene::{Scene, SceneGeometry};
 use crate::studies::chart::{self, Maker};
 use crate::support::cache::Cache;
 use crate::support::error::Error;
+use crate::support::monitor::Monitor;
 use crate::support::output;
 
 /// Charts the error of the emissivity against the time it takes, for every knob that trades one for the other
@@ -36,7 +37,7 @@ pub struct Args {
     in_blender: InBlender,
 }
 
-pub fn run(args: &Args, cache: &Cache) -> Result<(), Error> {
+pub fn run(args: &Args, cache: &Cache, monitor: &dyn Monitor) -> Result<(), Error> {
     let path = &args.scene;
     let scene = match crate::scene::shipped::text(&path.to_string_lossy()) {
         Some(text) => Scene::parse(text, path)?,
@@ -45,15 +46,14 @@ pub fn run(args: &Args, cache: &Cache) -> Result<(), Error> {
     let grid = args.bands.grid();
     let beside = args.beside.as_deref().map(chart::beside).transpose()?;
     output::folder(&args.out)?;
-    let told = |what: &str| eprintln!("measuring: {what}");
     let mut trade = match &scene.geometry {
-        SceneGeometry::Placed(_) => chart::patch(&scene, path, &grid, args.quick, &told)?,
+        SceneGeometry::Placed(_) => chart::patch(&scene, &grid, args.quick, monitor)?,
         SceneGeometry::Packing(packing) => {
             let wanted = args.in_blender.blender();
-            let blender = blender::find(wanted.as_deref(), cache.blenders())?;
+            let blender = blender::find(wanted.as_deref(), cache.blenders(), monitor)?;
             let time_limit = Duration::from_secs(args.in_blender.blender_timeout);
-            let maker = Maker { blender: &blender, grid: &grid, time_limit };
-            chart::packings(&scene, packing, path, &maker, args.quick, &told)?
+            let maker = Maker { blender: &blender, grid: &grid, time_limit, monitor };
+            chart::packings(&scene, packing, &maker, args.quick)?
         }
     };
     trade.settings.extend(beside.into_iter().flatten());

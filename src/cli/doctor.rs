@@ -2,14 +2,15 @@
 
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::thread;
 
 use serde_json::{Value, json};
 
 use crate::blender::{Attempt, Blender, Outcome, Search};
-use crate::support::error::Error;
-use crate::support::error::Failure;
+use crate::support::cache::Cache;
+use crate::support::error::{Error, Failure};
+use crate::support::monitor::Monitor;
 
 /// Says what is found on this machine and whether it will do.
 #[derive(Debug, clap::Args)]
@@ -26,9 +27,9 @@ pub struct Args {
 ///
 /// # Errors
 /// What is wrong, when no Blender will do.
-pub fn run(args: &Args, cache: &Path) -> Result<(), Error> {
-    let search = Search { afresh: true, ..Search::new(args.blender.as_deref(), cache) };
-    let attempts = search.attempts();
+pub fn run(args: &Args, cache: &Cache, monitor: &dyn Monitor) -> Result<(), Error> {
+    let search = Search { afresh: true, ..Search::new(args.blender.as_deref(), cache.root()) };
+    let attempts = search.attempts(monitor);
     let cores = thread::available_parallelism().map_or(1, usize::from);
     let text = if args.json {
         format!("{:#}\n", in_json(&attempts, cores))

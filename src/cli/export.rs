@@ -1,6 +1,6 @@
 //! `soilsig export`: a placed scene for other programs.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::{Bands, print, usage};
 use crate::geometry::ingest;
@@ -37,11 +37,10 @@ pub fn run(args: &Args) -> Result<(), Error> {
         To::Dirsig => &["odb", "mat", "obj", "ems"],
         To::Mitsuba => &["xml", "ply"],
     };
-    let mut read = ingest::files(&scene, &args.scene)?;
-    let folder = args.scene.parent().unwrap_or(Path::new(""));
+    let mut read = ingest::files(&scene)?;
     let spectra = scene.materials.clone();
     for mut material in spectra {
-        read.extend(material.spectrum.file_mut().map(|file| folder.join(file)));
+        read.extend(material.spectrum.file_mut().map(|file| scene.path_of(file)));
     }
     for file in &read {
         let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
@@ -53,7 +52,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
         To::Dirsig => args.bands.grid().wavelengths_um(),
         To::Mitsuba => args.at.clone(),
     };
-    let lost = export::export(&scene, &args.scene, args.to, &wavelengths_um, &args.folder)?;
+    let lost = export::export(&scene, args.to, &wavelengths_um, &args.folder)?;
     let lost: Vec<String> = lost.iter().map(|sentence| format!("  {sentence}\n")).collect();
     print(&format!("{}: not carried over:\n{}", args.folder.display(), lost.concat()))
 }

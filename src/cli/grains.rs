@@ -7,6 +7,7 @@ use crate::beds::own_grains::{self, Grain, LibraryError};
 use crate::products::grains::{self, Options};
 use crate::support::cache::Cache;
 use crate::support::error::Status;
+use crate::support::monitor::Monitor;
 
 /// Models bare grains of every shape and measures them against what is asked of the shape
 #[derive(clap::Args)]
@@ -40,7 +41,7 @@ enum Command {
     },
 }
 
-pub fn run(args: &Args, cache: &Cache) -> Outcome {
+pub fn run(args: &Args, cache: &Cache, monitor: &dyn Monitor) -> Outcome {
     if let Some(Command::Check { folder }) = &args.command {
         return check(folder);
     }
@@ -50,7 +51,8 @@ pub fn run(args: &Args, cache: &Cache) -> Outcome {
         blender: args.in_blender.blender(),
         blender_timeout_s: args.in_blender.blender_timeout,
     };
-    let report = args.in_blender.run(cache, |cache| grains::make(&options, &args.out, cache))?;
+    let report =
+        args.in_blender.run(cache, |cache| grains::make(&options, &args.out, cache, monitor))?;
     if args.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&report).expect("plain data")))?;
     } else {

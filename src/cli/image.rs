@@ -6,7 +6,7 @@ use super::{Bands, Outcome, print, tolerance};
 use crate::products::image::{self, Asked, MOST_PATHS};
 use crate::scene::Scene;
 use crate::support::error::Status;
-use crate::support::progress::Step;
+use crate::support::monitor::{Monitor, Step};
 use crate::tracer::trace;
 
 /// Traces a placed scene into a radiance image with a spectrum in every pixel
@@ -62,7 +62,7 @@ fn three(text: &str) -> Result<[f64; 3], String> {
     numbers.try_into().map_err(|_| "write three wavelengths, as in 12.9,10.7,8.6".into())
 }
 
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &Args, monitor: &dyn Monitor) -> Outcome {
     let grid = args.bands.grid();
     let mut scene = Scene::read(&args.scene)?;
     scene.seed = args.seed.unwrap_or(scene.seed);
@@ -77,12 +77,11 @@ pub fn run(args: &Args) -> Outcome {
         false_colour_um: args.false_colour,
         show_um: args.show.clone(),
     };
-    let step = Step::new("load");
-    let tracer = trace::tracer(&scene, &args.scene)?;
+    let step = Step::new(monitor, "load");
+    let tracer = trace::tracer(&scene)?;
     step.done(&format!("{} triangles", tracer.bed().triangles()));
-    let step = Step::new("image");
-    let at = |done, of| step.at(done, of, "pixels");
-    let made = image::make(&tracer, &scene, &args.scene, &grid, &asked, &args.out, &at)?;
+    let step = Step::new(monitor, "image");
+    let made = image::make(&tracer, &scene, &grid, &asked, &args.out, monitor)?;
     step.done(&format!("{} paths", made.paths));
     if args.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&made).expect("plain data")))?;

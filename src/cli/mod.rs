@@ -8,6 +8,7 @@ mod export;
 mod grains;
 mod image;
 mod import;
+pub mod interrupt;
 mod merge;
 mod picture;
 mod pipeline;
@@ -17,6 +18,7 @@ mod schema;
 mod signature;
 mod spectra;
 mod stress;
+pub mod terminal;
 mod trace;
 
 use std::io::Write as _;
@@ -28,13 +30,12 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::draw::plot;
 use crate::radiometry::Assumed;
-
 use crate::scene::{Grid, Inverted, SpectrumSource};
 use crate::spectrum::Spectrum;
 use crate::support::cache::Cache;
 use crate::support::error::{Error, Status};
-use crate::support::interrupt;
 use crate::support::output::{self, OutputError};
+use terminal::Terminal;
 
 /// Thermal-infrared signatures of soil from the geometry of its grains
 #[derive(Parser)]
@@ -282,23 +283,24 @@ pub fn run() -> ExitCode {
             .expect("the pool is built once");
     }
     let cache = Cache::of_user();
+    let terminal = Terminal::default();
     let result = match &cli.command {
-        Command::Pipeline(args) => pipeline::run(args, &cache),
-        Command::Trace(args) => trace::run(args),
+        Command::Pipeline(args) => pipeline::run(args, &cache, &terminal),
+        Command::Trace(args) => trace::run(args, &terminal),
         Command::Merge(args) => merge::run(args),
         Command::Signature(args) => signature::run(args).map(|()| None),
-        Command::Retrieve(args) => retrieve::run(args).map(|()| None),
-        Command::Replay(args) => replay::run(args),
+        Command::Retrieve(args) => retrieve::run(args, &terminal).map(|()| None),
+        Command::Replay(args) => replay::run(args, &terminal),
         Command::Spectra(args) => spectra::run(args).map(|()| None),
-        Command::Image(args) => image::run(args),
+        Command::Image(args) => image::run(args, &terminal),
         Command::Export(args) => export::run(args).map(|()| None),
         Command::Import(args) => import::run(args).map(|()| None),
-        Command::Grains(args) => grains::run(args, &cache),
-        Command::Blender(args) => blender::run(args, &cache).map(|()| None),
-        Command::Picture(args) => picture::run(args).map(|()| None),
-        Command::Chart(args) => chart::run(args, &cache).map(|()| None),
-        Command::Stress(args) => stress::run(args, &cache).map(|()| None),
-        Command::Doctor(args) => doctor::run(args, cache.root()).map(|()| None),
+        Command::Grains(args) => grains::run(args, &cache, &terminal),
+        Command::Blender(args) => blender::run(args, &cache, &terminal).map(|()| None),
+        Command::Picture(args) => picture::run(args, &terminal).map(|()| None),
+        Command::Chart(args) => chart::run(args, &cache, &terminal).map(|()| None),
+        Command::Stress(args) => stress::run(args, &cache, &terminal).map(|()| None),
+        Command::Doctor(args) => doctor::run(args, &cache, &terminal).map(|()| None),
         Command::Schema(args) => schema::run(args).map(|()| None),
         Command::Completions(args) => completions::run(args).map(|()| None),
     };

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use clap::{Args as ClapArgs, Subcommand};
 
 use super::usage;
-use crate::draw::picture::{self, Look, MOST_PANELS, Source};
+use crate::draw::picture::{self, Look, MOST_PANELS, placed_scene};
 use crate::support::error::Error;
+use crate::support::monitor::Monitor;
 use crate::support::output;
 
 /// Draws a grain, the drop or the beds of earlier results; needs no Blender
@@ -111,27 +112,27 @@ fn zenith(text: &str) -> Result<f64, String> {
     }
 }
 
-pub fn run(args: &Args) -> Result<(), Error> {
+pub fn run(args: &Args, monitor: &dyn Monitor) -> Result<(), Error> {
     match &args.what {
         What::Grain { scene, prototype, side, file } => {
             let look = side.look(60.0, file.width(800)?);
-            picture::grain(&Source::read(scene)?, prototype.as_deref(), look, &file.out)
+            picture::grain(&placed_scene(scene)?, prototype.as_deref(), look, &file.out, monitor)
         }
         What::Drop { scene, frames, side, file } => {
             let look = side.look(72.0, file.width(1200)?);
-            picture::drop(&Source::read(scene)?, (*frames).into(), look, &file.out)
+            picture::drop(&placed_scene(scene)?, (*frames).into(), look, &file.out, monitor)
         }
         What::Coverages { scenes, side, file } => {
             let look = side.look(0.0, file.width(1000)?);
-            let sources =
-                scenes.iter().map(|path| Source::read(path)).collect::<Result<Vec<_>, _>>()?;
-            picture::coverages(&sources, look, &file.out)
+            let scenes =
+                scenes.iter().map(|path| placed_scene(path)).collect::<Result<Vec<_>, _>>()?;
+            picture::coverages(&scenes, look, &file.out, monitor)
         }
         What::Patch { scene, side, file } => {
             let width_px = file.width(800)?;
             let asked = side.zenith.is_some() || side.azimuth.is_some();
             let look = asked.then(|| side.look(60.0, width_px));
-            picture::patch(&Source::read(scene)?, look, width_px, &file.out)
+            picture::patch(&placed_scene(scene)?, look, width_px, &file.out, monitor)
         }
     }
 }

@@ -8,6 +8,7 @@ use crate::pipeline::{self, Auto, HowMany, Options, Source};
 use crate::scene::MOST_PARTICLES;
 use crate::support::cache::Cache;
 use crate::support::error::Status;
+use crate::support::monitor::Monitor;
 
 /// Models and drops the grains in Blender, traces the bed, writes its signature
 #[derive(clap::Args)]
@@ -73,7 +74,7 @@ fn particles(text: &str) -> Result<f64, String> {
     }
 }
 
-pub fn run(args: &Args, cache: &Cache) -> Outcome {
+pub fn run(args: &Args, cache: &Cache, monitor: &dyn Monitor) -> Outcome {
     let (source, name) = match (&args.scene.coverage, &args.scene.scene) {
         (Some(coverage), _) => (Source::Coverage(coverage.clone()), coverage.clone()),
         (None, Some(path)) => {
@@ -98,8 +99,9 @@ pub fn run(args: &Args, cache: &Cache) -> Outcome {
     };
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(name));
     let command = command_line();
-    let record =
-        args.in_blender.run(cache, |cache| pipeline::run(&options, command, &out, cache))?;
+    let record = args
+        .in_blender
+        .run(cache, |cache| pipeline::run(&options, command, &out, cache, monitor))?;
     if args.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&record).expect("plain data")))?;
     } else {

@@ -8,6 +8,7 @@ use crate::pipeline;
 use crate::pipeline::record::Record;
 use crate::support::cache::Cache;
 use crate::support::error::{Failure, Status};
+use crate::support::monitor::Monitor;
 use crate::support::output::{self, OutputError};
 
 /// Runs a recorded run again, all of it, and compares the results byte for byte
@@ -20,7 +21,7 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &Args, monitor: &dyn Monitor) -> Outcome {
     let before = Record::read(&args.record)?;
     let scratch =
         tempfile::tempdir().map_err(|source| OutputError { path: std::env::temp_dir(), source })?;
@@ -38,7 +39,7 @@ pub fn run(args: &Args) -> Outcome {
             print(&format!("input changed since: {path}\n"))?;
         }
     }
-    let after = pipeline::run(&before.options, command_line(), &out, &cache)?;
+    let after = pipeline::run(&before.options, command_line(), &out, &cache, monitor)?;
     for (name, version) in &before.versions {
         if after.versions.get(name) != Some(version) {
             let now = after.versions.get(name).map_or("none", String::as_str);

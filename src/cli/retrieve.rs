@@ -8,6 +8,7 @@ use crate::products::retrieve::{self, ImageError, Known, Sky, Target};
 use crate::radiometry::{Atmosphere, Method, SkyTable, Temperature};
 use crate::scene;
 use crate::support::error::Error;
+use crate::support::monitor::Monitor;
 use crate::support::output;
 
 /// Retrieves emissivity and brightness temperature from measured radiance, by Eq. 2
@@ -44,7 +45,7 @@ fn kelvin(text: &str) -> Result<f64, String> {
     scene::Sky::Isotropic(kelvin).problem().map_or(Ok(kelvin), Err)
 }
 
-pub fn run(args: &Args) -> Result<(), Error> {
+pub fn run(args: &Args, monitor: &dyn Monitor) -> Result<(), Error> {
     let error_k = args.assumptions.temperature_error;
     let target = match (args.temperature, args.method) {
         (_, Some(method)) => Target::By(method),
@@ -107,7 +108,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
             ImageError::Cube(errors)
         }
     };
-    let image = retrieve::image(&cube, &error, &known)?;
+    let image = retrieve::image(&cube, &error, &known, monitor)?;
     image.write(out)?;
     eprint!("{}", image.statement);
     Ok(())

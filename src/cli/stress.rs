@@ -6,7 +6,7 @@ use super::{print, usage, utf8_path};
 use crate::studies::stress::{self, Setting};
 use crate::support::cache::Cache;
 use crate::support::error::Error;
-use crate::support::progress::Step;
+use crate::support::monitor::{Monitor, Step};
 
 /// Drives the method to where it fails, and notes whether the tool says so
 ///
@@ -30,7 +30,7 @@ pub struct Args {
     blender: Option<PathBuf>,
 }
 
-pub fn run(args: &Args, cache: &Cache) -> Result<(), Error> {
+pub fn run(args: &Args, cache: &Cache, monitor: &dyn Monitor) -> Result<(), Error> {
     if let Some(unknown) = args.rows.iter().find(|name| !stress::names().any(|row| row == **name)) {
         let names: Vec<&str> = stress::names().collect();
         usage(&format!("there is no row {unknown:?}, but {}", names.join(", ")));
@@ -40,12 +40,13 @@ pub fn run(args: &Args, cache: &Cache) -> Result<(), Error> {
         cache,
         blender: args.blender.as_deref(),
         without_blender: args.without_blender,
+        monitor,
     };
     let mut rows = Vec::new();
     for name in
         stress::names().filter(|name| args.rows.is_empty() || args.rows.iter().any(|n| n == name))
     {
-        let step = Step::new(name);
+        let step = Step::new(monitor, name);
         let row = stress::row(name, &setting)?;
         step.done(&format!("{} points", row.points.len()));
         print(&stress::line(&row))?;

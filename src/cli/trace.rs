@@ -8,10 +8,12 @@ use crate::scene::Scene;
 use crate::signature;
 use crate::signature::budget::{Budget, Origin};
 use crate::support::error::Status;
+use crate::support::monitor::{Monitor, Step};
 use crate::support::output;
-use crate::support::progress::Step;
+use crate::table::Prepared;
 use crate::table::{Part, Target};
 use crate::tracer::trace;
+use crate::tracer::trace::Request;
 
 /// Traces a placed scene into a bounce table, which `signature` evaluates
 ///
@@ -54,7 +56,7 @@ fn shard(text: &str) -> Result<(u64, u64), String> {
     }
 }
 
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &Args, monitor: &dyn Monitor) -> Outcome {
     let grid = args.bands.grid();
     let exactly = args.paths.map(|paths| {
         let (number, shards) = args.shard.unwrap_or((1, 1));
@@ -75,15 +77,16 @@ pub fn run(args: &Args) -> Outcome {
         exactly,
         ..Target::of(args.enough.tolerance)
     };
-    let step = Step::new("load");
-    let tracer = trace::tracer(&scene, &args.scene)?;
+    let step = Step::new(monitor, "load");
+    let tracer = trace::tracer(&scene)?;
     step.done(&format!("{} triangles", tracer.bed().triangles()));
-    let step = Step::new("trace");
+    let step = Step::new(monitor, "trace");
     let mut partial = args.out.clone().into_os_string();
     partial.push(".partial");
     let partial = PathBuf::from(partial);
-    let at = |done, of| step.at(done, of, "paths");
-    let table = trace::trace(&tracer, &scene, &args.scene, &grid, target, Some(&partial), &at)?;
+    let prepared = Prepared::new(scene, &grid.wavelengths_um())?;
+    let request = Request { partial: Some(&partial), ..Request::new(&grid, target) };
+    let table = trace::trace(&tracer, &prepared, request, monitor)?;
     table.write(&args.out)?;
     output::remove(&partial)?;
     step.done(&format!("{} paths, {} hits", table.paths, table.hits));
@@ -95,7 +98,7 @@ pub fn run(args: &Args) -> Outcome {
     if args.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&reached).expect("plain data")))?;
     } else {
-        print(&format!("{}: {}", scene.name, terminal::reached(&reached)))?;
+        print(&format!("{}: {}", prepared.scene.name, terminal::reached(&reached)))?;
     }
     Ok((!all_reached).then_some(Status::ToleranceNotReached))
 }

@@ -6,10 +6,10 @@ use std::f64::consts::FRAC_PI_2;
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
-/// The course of a path as numbers, in a form that [`Kept`] tells.
+/// The rules of a path as numbers, in a form that [`Kept`] tells.
 pub type State = Box<[u16]>;
 
-/// How many parts of paths took each course.
+/// How many parts of paths took each rules.
 pub type Counts = FxHashMap<State, i64>;
 
 /// Bins of the cosine between a ray and the facet's normal, where a reflectance depends on it.
@@ -18,7 +18,7 @@ pub const COSINES: u16 = 64;
 /// Bins of the zenith angle at which paths reach the sky, where its radiance depends on it: a degree each.
 pub const ZENITHS: u16 = 90;
 
-/// What of a path's course is kept: the least that the scene asks for.
+/// What of a path's rules is kept: the least that the scene asks for.
 ///
 /// A hit is told by its *symbol*, the material and, where kept, the bin of its cosine. If neither order nor cosines
 /// are kept a state is the number of hits on each material; else it is the symbols of all hits, in their order or

@@ -9,25 +9,26 @@ use crate::beds::own_grains::Library;
 use crate::scene::{Packing, Placed, Scene, SceneGeometry, Sides};
 use crate::support::cache::Made;
 use crate::support::error::Error;
-use crate::support::progress::Step;
+use crate::support::monitor::Step;
 use crate::support::{output, random};
+use crate::table::Prepared;
 use crate::{blender, spectrum};
 
 impl Run<'_> {
     /// Blender's part: the beds as placed geometry, with the scene's own materials and view.
     pub(super) fn drop(
         &mut self,
-        scene: &Scene,
+        prepared: &Prepared,
         packing: &Packing,
         library: Option<&Library>,
-        path: &Path,
     ) -> Result<Vec<Bed>, Error> {
         // A recipe may be called as the settled bed is.
         self.keeps_inputs(&[&self.of_packing(0, "scene.json")])?;
-        let step = Step::new(&self.key("drop"));
-        let blender = blender::find(self.options.blender.as_deref(), self.cache.blenders())?;
+        let step = Step::new(self.monitor, &self.key("drop"));
+        let blender =
+            blender::find(self.options.blender.as_deref(), self.cache.blenders(), self.monitor)?;
         if let Some(warning) = blender.warning() {
-            step.say(&format!("warning: {warning}"));
+            self.monitor.say(&format!("warning: {warning}"));
         }
         for (name, version) in [
             ("blender", blender.version.to_string()),
@@ -49,7 +50,7 @@ impl Run<'_> {
         }
         let order = Order {
             blender: &blender,
-            scene,
+            scene: &prepared.scene,
             packing,
             library,
             seeds: &seeds,
@@ -61,7 +62,7 @@ impl Run<'_> {
         self.begin_to_write()?;
         let mut beds = Vec::new();
         for (i, made) in made.iter().enumerate() {
-            beds.push(self.bring_bed(i, made, scene, path)?);
+            beds.push(self.bring_bed(i, made, prepared)?);
         }
         let cached = made.iter().all(|made| made.cached);
         let seconds = step.done(if cached { "from the cache" } else { "Blender" });
@@ -74,9 +75,9 @@ impl Run<'_> {
         &mut self,
         packing: usize,
         made: &Made,
-        scene: &Scene,
-        path: &Path,
+        prepared: &Prepared,
     ) -> Result<Bed, Error> {
+        let scene = &prepared.scene;
         for file in made.files.iter().filter(|file| *file != "scene.json") {
             let name = self.of_packing(packing, file);
             output::copy(&made.folder.join(file), &self.place(&name))?;
@@ -90,24 +91,20 @@ impl Run<'_> {
         {
             domain.sides = Sides::Field { particles, seed: packing as u64 };
         }
-        self.bring_spectra(packing, &mut placed, path)?;
+        self.bring_spectra(packing, &mut placed)?;
         let name = self.of_packing(packing, "scene.json");
         let place = self.place(&name);
         let mut text = serde_json::to_string_pretty(&placed).expect("plain data");
         text.push('\n');
         output::bytes(&place, text.as_bytes())?;
         self.wrote(&name)?;
-        Ok(Bed { scene: placed, path: place, tracer: None })
+        placed.file = place;
+        Ok(Bed { prepared: prepared.with(placed), tracer: None })
     }
 
     /// Copies the files that a scene names for spectra, pure beds, sky and atmosphere beside the placed scene, so that it can stand alone.
-    fn bring_spectra(
-        &mut self,
-        packing: usize,
-        scene: &mut Scene,
-        path: &Path,
-    ) -> Result<(), Error> {
-        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    fn bring_spectra(&mut self, packing: usize, scene: &mut Scene) -> Result<(), Error> {
+        let folder = scene.folder().to_owned();
         for (number, material) in scene.materials.iter_mut().enumerate() {
             if let Some(file) = material.spectrum.file_mut() {
                 let named = |file: &Path| {

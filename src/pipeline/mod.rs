@@ -15,7 +15,6 @@ use sha2::{Digest, Sha256};
 use crate::beds::own_grains::{self, Library};
 use crate::geometry::ingest;
 use crate::pipeline::record::{Output, Record, Stage};
-use crate::radiometry::air;
 use crate::scene::shipped::{self, COVERAGES};
 use crate::scene::{Scene, SceneGeometry};
 use crate::signature::Band;
@@ -23,10 +22,11 @@ use crate::signature::budget::{Budget, Origin};
 use crate::signature::plan::PILOT;
 use crate::support::cache::Cache;
 use crate::support::error::Error;
+use crate::support::monitor::Monitor;
 use crate::support::output;
-use crate::table::{Table, materials};
+use crate::table::Prepared;
+use crate::table::Table;
 use crate::tracer::Tracer;
-use crate::tracer::rules::Course;
 use crate::{report, spectrum};
 
 pub use error::PipelineError;
@@ -55,6 +55,7 @@ pub fn run(
     command: Vec<String>,
     out: &Path,
     cache: &Cache,
+    monitor: &dyn Monitor,
 ) -> Result<Record, Error> {
     output::folder(out)?;
     let earlier = Record::read(&out.join("run.json")).ok();
@@ -76,10 +77,10 @@ pub fn run(
                 let path = format!("scenes/{name}.json");
                 let scene = Scene::parse(text, Path::new(&path))?;
                 record.versions.insert(path, sha256_of(text));
-                let mut run = Run::new(options, out, name, cache, &mut record);
-                curves.push(run.scene(scene, Path::new(name))?);
+                let mut run = Run::new(options, out, name, cache, &mut record, monitor);
+                curves.push(run.scene(scene)?);
             }
-            let mut run = Run::new(options, out, "", cache, &mut record);
+            let mut run = Run::new(options, out, "", cache, &mut record, monitor);
             run.draw_all(&curves)?;
         }
         Source::Coverage(name) => {
@@ -88,7 +89,7 @@ pub fn run(
                 record.versions.insert(path.display().to_string(), sha256_of(text));
                 Scene::parse(text, &path)?
             } else if let Some(share) = name.parse().ok().filter(|s| (0.0..=1.0).contains(s)) {
-                shipped::with_cover(share)
+                Scene { file: path, ..shipped::with_cover(share) }
             } else {
                 let known: Vec<_> = COVERAGES.iter().map(|(known, _)| *known).collect();
                 return Err(PipelineError::Coverage {
@@ -97,12 +98,12 @@ pub fn run(
                 }
                 .into());
             };
-            Run::new(options, out, "", cache, &mut record).scene(scene, &path)?;
+            Run::new(options, out, "", cache, &mut record, monitor).scene(scene)?;
         }
         Source::Scene(path) => {
             let scene = Scene::read(path)?;
             record.inputs.insert(path.display().to_string(), output::sha256_hex(path)?);
-            Run::new(options, out, "", cache, &mut record).scene(scene, path)?;
+            Run::new(options, out, "", cache, &mut record, monitor).scene(scene)?;
         }
     }
     for file in earlier.iter().flat_map(|earlier| earlier.outputs.keys()) {
@@ -135,14 +136,14 @@ struct Run<'a> {
     below: &'a str,
     cache: &'a Cache,
     record: &'a mut Record,
+    monitor: &'a dyn Monitor,
     /// How many packings are dropped now.
     packings: usize,
 }
 
 /// A settled bed, as the tracer takes it.
 struct Bed {
-    scene: Scene,
-    path: PathBuf,
+    prepared: Prepared,
     /// Loaded only if a stage needs it: a run that finds everything in the cache does not.
     tracer: Option<Tracer>,
 }
@@ -154,30 +155,27 @@ impl<'a> Run<'a> {
         below: &'a str,
         cache: &'a Cache,
         record: &'a mut Record,
+        monitor: &'a dyn Monitor,
     ) -> Self {
         let packings = match options.packings {
             HowMany::Number(number) => number,
             HowMany::Planned(_) => PILOT,
         };
-        Self { options, out, below, cache, record, packings }
+        Self { options, out, below, cache, record, monitor, packings }
     }
 
-    fn scene(&mut self, mut scene: Scene, path: &Path) -> Result<(Vec<Table>, Vec<Band>), Error> {
+    fn scene(&mut self, mut scene: Scene) -> Result<(Vec<Table>, Vec<Band>), Error> {
         if let Some(seed) = self.options.seed {
             scene.seed = seed;
             if let SceneGeometry::Packing(packing) = &mut scene.geometry {
                 packing.seed = seed;
             }
         }
-        let library = self.library(&mut scene, path)?;
+        let library = self.library(&mut scene)?;
         // Whatever is wrong with the spectra is known before Blender is started.
         let wavelengths_um = self.options.grid.wavelengths_um();
-        let materials = materials::materials(&scene, path)?;
-        let spectra: Vec<_> = materials.iter().map(|m| &m.spectrum).collect();
-        let kept = Course::new(&scene, &spectra).kept;
-        materials::bands(&materials, kept, &wavelengths_um, path)?;
-        air::air(&scene, path, &wavelengths_um)?;
-        let folder = path.parent().unwrap_or(Path::new(""));
+        let prepared = Prepared::new(scene.clone(), &wavelengths_um)?;
+        let folder = scene.folder().to_owned();
         for (_, file) in scene.air_files_mut() {
             let file = folder.join(file);
             self.record.inputs.insert(file.display().to_string(), output::sha256_hex(&file)?);
@@ -200,28 +198,27 @@ impl<'a> Run<'a> {
             SceneGeometry::Packing(packing) => {
                 self.record.seeds.insert(self.key("packing"), packing.seed);
                 match self.options.packings {
-                    HowMany::Number(_) => self.drop(&scene, &packing, library.as_ref(), path)?,
+                    HowMany::Number(_) => self.drop(&prepared, &packing, library.as_ref())?,
                     HowMany::Planned(_) => Vec::new(),
                 }
             }
             SceneGeometry::Placed(_) if self.options.packings != HowMany::Number(1) => {
-                return Err(PipelineError::OnePacking { scene: path.to_owned() }.into());
+                return Err(PipelineError::OnePacking { scene: scene.file.clone() }.into());
             }
             SceneGeometry::Placed(_) if self.options.field.is_some() => {
-                return Err(PipelineError::FieldOfPlaced { scene: path.to_owned() }.into());
+                return Err(PipelineError::FieldOfPlaced { scene: scene.file.clone() }.into());
             }
             SceneGeometry::Placed(_) => {
-                for file in ingest::files(&scene, path)? {
+                for file in ingest::files(&scene)? {
                     let sum = output::sha256_hex(&file)?;
                     self.record.inputs.insert(file.display().to_string(), sum);
                 }
-                vec![Bed { scene: scene.clone(), path: path.to_owned(), tracer: None }]
+                vec![Bed { prepared: prepared.clone(), tracer: None }]
             }
         };
         let (tables, plan) = match (self.options.packings, &scene.geometry) {
             (HowMany::Planned(_), SceneGeometry::Packing(packing)) => {
-                let (planned, tables, plan) =
-                    self.planned(&scene, packing, library.as_ref(), path, &wavelengths_um)?;
+                let (planned, tables, plan) = self.planned(&prepared, packing, library.as_ref())?;
                 beds = planned;
                 (tables, Some(plan))
             }
@@ -247,17 +244,18 @@ impl<'a> Run<'a> {
     }
 
     /// The user's grains of a packing; those of `--grains` take the place of the shapes that they are of.
-    fn library(&mut self, scene: &mut Scene, path: &Path) -> Result<Option<Library>, Error> {
+    fn library(&mut self, scene: &mut Scene) -> Result<Option<Library>, Error> {
+        let folder = scene.folder().to_owned();
         let SceneGeometry::Packing(packing) = &mut scene.geometry else {
             return match self.options.grains {
-                Some(_) => Err(PipelineError::GrainsOfPlaced { scene: path.to_owned() }.into()),
+                Some(_) => Err(PipelineError::GrainsOfPlaced { scene: scene.file.clone() }.into()),
                 None => Ok(None),
             };
         };
         if let Some(folder) = &self.options.grains {
             own_grains::stand_in(packing, folder)?;
         }
-        let library = Library::of(packing, path.parent().unwrap_or(Path::new("")))?;
+        let library = Library::of(packing, &folder)?;
         for file in library.iter().flat_map(Library::files) {
             let sum = output::sha256_hex(&file)?;
             self.record.inputs.insert(file.display().to_string(), sum);

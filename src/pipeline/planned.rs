@@ -1,7 +1,6 @@
 //! A planned run: a pilot, and what it tells.
 
 use std::ops::Range;
-use std::path::Path;
 
 use rayon::prelude::*;
 
@@ -9,15 +8,16 @@ use super::results::{program, ready};
 use super::{Bed, Run};
 use crate::beds::own_grains::Library;
 use crate::report::terminal;
-use crate::scene::{Collision, Packing, Scene, SceneGeometry};
+use crate::scene::{Collision, Packing, SceneGeometry};
 use crate::signature;
 use crate::signature::budget::{Budget, Origin};
 use crate::signature::depth::{self, Depth};
 use crate::signature::plan::{LOOK, PILOT, Plan};
 use crate::support::cache::CacheError;
 use crate::support::error::Error;
+use crate::support::monitor::Step;
 use crate::support::output::{self, OutputError};
-use crate::support::progress::Step;
+use crate::table::Prepared;
 use crate::table::Table;
 
 /// Packings that are too few for shallower ones to save what their pilot costs.
@@ -36,17 +36,16 @@ impl Run<'_> {
     /// As many packings as the tolerance takes, dropped until their fines touch if it takes that.
     pub(super) fn planned(
         &mut self,
-        scene: &Scene,
+        prepared: &Prepared,
         packing: &Packing,
         library: Option<&Library>,
-        path: &Path,
-        wavelengths_um: &[f64],
     ) -> Result<(Vec<Bed>, Vec<Table>, Plan), Error> {
         let tolerance = self.options.tolerance;
         let begun = self.record.stages.len();
-        let (mut scene, mut packing) = (scene.clone(), packing.clone());
-        let made = |run: &mut Self, scene: &Scene, packing: &Packing| {
-            let mut beds = run.drop(scene, packing, library, path)?;
+        let wavelengths_um = &prepared.wavelengths_um;
+        let (mut prepared, mut packing) = (prepared.clone(), packing.clone());
+        let made = |run: &mut Self, prepared: &Prepared, packing: &Packing| {
+            let mut beds = run.drop(prepared, packing, library)?;
             let tables = run.trace(&mut beds)?;
             Ok::<_, Error>((beds, tables))
         };
@@ -57,7 +56,7 @@ impl Run<'_> {
             self.packings = LOOK;
         }
         loop {
-            let (mut beds, mut tables) = made(self, &scene, &packing)?;
+            let (mut beds, mut tables) = made(self, &prepared, &packing)?;
             let left_out = depth.map_or(0.0, |depth: Depth| depth.change);
             let found = plan_of(&tables, &packing, wavelengths_um, tolerance, left_out)?;
             let plan = Plan { depth, touching: touching || found.touching, ..found };
@@ -66,7 +65,7 @@ impl Run<'_> {
                 self.packings = PILOT;
                 continue;
             }
-            eprintln!("plan: {}", terminal::plan(&plan, tolerance));
+            self.monitor.say(&format!("plan: {}", terminal::plan(&plan, tolerance)));
             // Those that touch have a pilot of their own, and so have shallower beds.
             let mut anew = found.touching;
             if !sought && (plan.touching || plan.to_be_dropped() > FEW) {
@@ -81,7 +80,7 @@ impl Run<'_> {
                 touching = true;
                 packing.drop.collision = Collision::HullThenFines;
             }
-            scene.geometry = SceneGeometry::Packing(packing.clone());
+            prepared.scene.geometry = SceneGeometry::Packing(packing.clone());
             let pilot = if anew { Some(PILOT) } else { plan.larger_pilot() };
             most = most.max(self.packings);
             if pilot.is_none() && plan.packings == self.packings {
@@ -92,7 +91,7 @@ impl Run<'_> {
             self.call_pilot(begun);
             self.packings = pilot.unwrap_or(plan.packings);
             if pilot.is_none() {
-                (beds, tables) = made(self, &scene, &packing)?;
+                (beds, tables) = made(self, &prepared, &packing)?;
                 self.forget_packings(self.packings..most)?;
                 return Ok((beds, tables, plan));
             }
@@ -123,8 +122,8 @@ impl Run<'_> {
         plan: &Plan,
         um: &[f64],
     ) -> Result<Option<Depth>, Error> {
-        let step = Step::new(&self.key("depth"));
-        let tolerance = self.options.tolerance;
+        let step = Step::new(self.monitor, &self.key("depth"));
+        let (tolerance, monitor) = (self.options.tolerance, self.monitor);
         let traced: Vec<_> =
             tables.iter().map(|table| (&table.scene_sha256, table.paths)).collect();
         let spectra = &tables[0].materials;
@@ -132,13 +131,13 @@ impl Run<'_> {
         let made_from = (program(), traced, spectra, packing, plan, grid, tolerance);
         let made = self.cache.stage("depth", &made_from, |folder| {
             beds.par_iter_mut().try_for_each(|bed| {
-                ready(&mut bed.tracer, &bed.scene, &bed.path)?;
+                ready(&mut bed.tracer, &bed.prepared)?;
                 Ok::<_, Error>(())
             })?;
             let tried = |taken| {
                 let rest = |(bed, table): (&Bed, &Table)| {
                     let tracer = bed.tracer.as_ref().expect("it was made ready");
-                    depth::without_lowest(tracer, &bed.scene, table, taken)
+                    depth::without_lowest(tracer, &bed.prepared, table, taken, monitor)
                 };
                 let rest: Vec<Table> =
                     beds.par_iter().zip(tables).map(rest).collect::<Result<_, _>>()?;

@@ -8,10 +8,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::pipeline::Options;
-use crate::report::Reached;
-use crate::report::terminal;
-use crate::support::error::Error;
-use crate::support::error::Failure;
+use crate::report::{Reached, terminal};
+use crate::support::error::{Error, Failure};
 use crate::support::output;
 
 /// The format's version, the value of `soilsig_run`.

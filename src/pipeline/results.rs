@@ -1,28 +1,29 @@
 //! From beds to results: the stages trace, signature, picture.
 
-use std::path::Path;
 use std::time::Duration;
 
 use rayon::prelude::*;
 
 use super::{Bed, Options, Run};
 use crate::draw::picture;
-use crate::radiometry::{Assumed, air};
+use crate::radiometry::Assumed;
 use crate::report;
 use crate::scene::Scene;
 use crate::signature::{self, Band};
 use crate::support::cache::Made;
 use crate::support::error::Error;
+use crate::support::monitor::Step;
 use crate::support::output;
-use crate::support::progress::Step;
-use crate::table::{Table, Target, materials};
-use crate::tracer::{Tracer, trace};
+use crate::table::Prepared;
+use crate::table::{Table, Target};
+use crate::tracer::Tracer;
+use crate::tracer::trace::{self, Request};
 
 impl Run<'_> {
     /// Every packing into a table of its own. Together their rays are to make no more than half of the
     /// tolerance where there are several packings, whose spread needs the rest.
     pub(super) fn trace(&mut self, beds: &mut [Bed]) -> Result<Vec<Table>, Error> {
-        let step = Step::new(&self.key("trace"));
+        let step = Step::new(self.monitor, &self.key("trace"));
         let tolerance = match beds.len() {
             1 => self.options.tolerance,
             n => (self.options.tolerance * (n as f64).sqrt() / 2.0).min(0.5),
@@ -32,21 +33,22 @@ impl Run<'_> {
         let whole = Target::of(self.options.tolerance);
         let target = Target { tolerance, max_paths, max_seconds, ..whole };
         let (cache, grid, number) = (self.cache, &self.options.grid, beds.len());
+        let monitor = self.monitor;
         // Side by side, since much of reading a bed is the work of one thread.
         let made: Vec<Made> = beds
             .par_iter_mut()
             .enumerate()
             .map(|(i, bed)| {
-                let sum = trace::scene_sha256(&bed.scene, &bed.path)?;
-                let spectra = materials::materials(&bed.scene, &bed.path)?;
-                let air = air::air(&bed.scene, &bed.path, &grid.wavelengths_um())?;
-                let made_from = (program(), &sum, bed.scene.seed, &spectra, &air, grid, &target);
+                let Bed { prepared, tracer } = bed;
+                let sum = trace::scene_sha256(&prepared.scene)?;
+                let Prepared { scene, materials, air, .. } = &*prepared;
+                let made_from =
+                    (program(), &sum, scene.seed, &materials[..], &**air, grid, &target);
                 let what = if number == 1 { "paths".into() } else { format!("packing {}", i + 1) };
                 let made = cache.stage("trace", &made_from, |folder| {
-                    let tracer = ready(&mut bed.tracer, &bed.scene, &bed.path)?;
-                    let on = |done, of| step.at(done, of, &what);
-                    let (scene, path) = (&bed.scene, &bed.path);
-                    let table = trace::trace(tracer, scene, path, grid, target, None, &on)?;
+                    let tracer = ready(tracer, prepared)?;
+                    let request = Request { what: &what, ..Request::new(grid, target) };
+                    let table = trace::trace(tracer, prepared, request, monitor)?;
                     Ok(table.write(&folder.join("table.json"))?)
                 })?;
                 if i > 0 {
@@ -78,7 +80,7 @@ impl Run<'_> {
         tables: &[Table],
         wavelengths_um: &[f64],
     ) -> Result<Vec<Band>, Error> {
-        let step = Step::new(&self.key("signature"));
+        let step = Step::new(self.monitor, &self.key("signature"));
         let bands = signature::evaluate(tables, wavelengths_um)?;
         let csv = self.place("signature.csv");
         signature::write_csv(&bands, tables[0].temperature(), Assumed::EXACT, &csv)?;
@@ -95,11 +97,11 @@ impl Run<'_> {
 
     /// The sensor's view of the first packing.
     pub(super) fn picture(&mut self, bed: &mut Bed, table: &Table) -> Result<(), Error> {
-        let step = Step::new(&self.key("picture"));
+        let step = Step::new(self.monitor, &self.key("picture"));
         let made_from = (program(), &table.scene_sha256);
         let made = self.cache.stage("picture", &made_from, |folder| {
-            let tracer = ready(&mut bed.tracer, &bed.scene, &bed.path)?;
-            picture::sensor_view(tracer.bed(), &folder.join("patch.png"))
+            let tracer = ready(&mut bed.tracer, &bed.prepared)?;
+            picture::sensor_view(tracer.bed(), &folder.join("patch.png"), self.monitor)
         })?;
         output::copy(&made.folder.join("patch.png"), &self.place("patch.png"))?;
         self.wrote("patch.png")?;
@@ -130,11 +132,10 @@ pub(super) fn program() -> Option<(u64, Duration)> {
 /// The tracer of a bed, made if it is not there.
 pub(super) fn ready<'a>(
     tracer: &'a mut Option<Tracer>,
-    scene: &Scene,
-    path: &Path,
+    prepared: &Prepared,
 ) -> Result<&'a Tracer, Error> {
     Ok(match tracer {
         Some(tracer) => tracer,
-        None => tracer.insert(trace::tracer(scene, path)?),
+        None => tracer.insert(trace::tracer(&prepared.scene)?),
     })
 }

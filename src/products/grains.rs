@@ -12,8 +12,8 @@ use crate::blender::{self, BlenderError, Event, Job};
 use crate::draw::plot::{self, Row, Solid};
 use crate::support::cache::Cache;
 use crate::support::error::Error;
+use crate::support::monitor::{Monitor, Step};
 use crate::support::output;
-use crate::support::progress::Step;
 
 /// What is to be modelled.
 #[derive(Debug, Clone, PartialEq)]
@@ -173,12 +173,17 @@ impl Report {
 }
 
 /// Models the grains in Blender, measures them and draws them: `grains.json`, `.obj`, `.svg` and `.png` in `out`.
-pub fn make(options: &Options, out: &Path, cache: &Cache) -> Result<Report, Error> {
+pub fn make(
+    options: &Options,
+    out: &Path,
+    cache: &Cache,
+    monitor: &dyn Monitor,
+) -> Result<Report, Error> {
     output::folder(out)?;
-    let step = Step::new("grains");
-    let blender = blender::find(options.blender.as_deref(), cache.blenders())?;
+    let step = Step::new(monitor, "grains");
+    let blender = blender::find(options.blender.as_deref(), cache.blenders(), monitor)?;
     if let Some(warning) = blender.warning() {
-        step.say(&format!("warning: {warning}"));
+        monitor.say(&format!("warning: {warning}"));
     }
     let scripts = blender::scripts_sha256();
     let Options { seed, variants, .. } = options;
@@ -192,10 +197,10 @@ pub fn make(options: &Options, out: &Path, cache: &Cache) -> Result<Report, Erro
             variants.to_string().into(),
         ];
         let time_limit = Duration::from_secs(options.blender_timeout_s);
-        let job = Job { script: "grains.py", args, out: folder, log: &log, time_limit };
+        let job = Job { script: "grains.py", args, out: folder, log: &log, time_limit, monitor };
         blender.run(&job, &mut |event| match event {
-            Event::Progress { stage, done, total } => step.at(*done, *total, stage),
-            Event::Warning { message } => step.say(&format!("warning: {message}")),
+            Event::Progress { stage, done, total } => monitor.at(*done, *total, stage),
+            Event::Warning { message } => monitor.say(&format!("warning: {message}")),
             _ => {}
         })?;
         Ok(output::copy(&log, &folder.join("blender.log"))?)

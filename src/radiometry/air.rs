@@ -1,6 +1,6 @@
 //! The sky and the atmosphere of a scene, read from its files.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use super::{Atmosphere, RadiometryError, SkyTable};
 use crate::scene::{Scene, SkyRadiance};
@@ -17,11 +17,10 @@ pub struct Air {
 
 /// Reads a scene's files of sky and atmosphere, which have to hold all of the wavelengths; they are relative to the
 /// scene file.
-pub fn air(scene: &Scene, path: &Path, wavelengths_um: &[f64]) -> Result<Air, Error> {
-    let folder = path.parent().unwrap_or(Path::new(""));
+pub fn air(scene: &Scene, wavelengths_um: &[f64]) -> Result<Air, Error> {
     let ends = [wavelengths_um[0], wavelengths_um[wavelengths_um.len() - 1]];
     let read_sky = |radiance: &SkyRadiance| {
-        let path = folder.join(radiance.file());
+        let path = scene.path_of(radiance.file());
         let sky = SkyTable::read(&path)?;
         sky.covers(ends)?;
         let (key, problem) = match radiance {
@@ -36,8 +35,8 @@ pub fn air(scene: &Scene, path: &Path, wavelengths_um: &[f64]) -> Result<Air, Er
         Err(RadiometryError::File { path, problem, hint })
     };
     let sky_radiance = scene.sky_radiance.as_ref().map(read_sky).transpose()?;
-    let read_atmosphere = |file| {
-        let atmosphere = Atmosphere::read(&folder.join(file))?;
+    let read_atmosphere = |file: &PathBuf| {
+        let atmosphere = Atmosphere::read(&scene.path_of(file))?;
         atmosphere.covers(ends).map(|()| atmosphere)
     };
     let atmosphere = scene.atmosphere_file.as_ref().map(read_atmosphere).transpose()?;

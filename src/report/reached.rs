@@ -59,7 +59,7 @@ pub struct Reached {
     pub escaped_downward: f64,
     /// Share of paths given up.
     pub trapped: f64,
-    /// What of each path's course was kept.
+    /// What of each path's rules was kept.
     pub kept: Kept,
     /// What ended the trace of the first packing.
     pub ended_by: Ended,

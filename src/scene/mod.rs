@@ -104,6 +104,9 @@ impl Failure for SceneError {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
+    /// Where it was read from; files that it names are relative to its folder.
+    #[serde(skip)]
+    pub file: PathBuf,
     /// Version of the format: 1.
     pub soilsig_scene: u32,
     /// What the scene is called in tables, charts and messages.
@@ -187,21 +190,32 @@ impl Scene {
     /// Reads a scene from text; `path` is named in messages.
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
         let text = text.trim_start_matches('\u{feff}');
-        let scene: Self = serde_json::from_str(text)
+        let mut scene: Self = serde_json::from_str(text)
             .map_err(|source| SceneError::Form { path: path.to_owned(), source })?;
         scene.check().map_err(|(place, problem)| SceneError::Value {
             path: path.to_owned(),
             place,
             problem,
         })?;
+        scene.file = path.to_owned();
         Ok(scene)
     }
 
+    /// A file that the scene names, from where the program stands.
+    pub fn path_of(&self, file: &Path) -> PathBuf {
+        self.folder().join(file)
+    }
+
+    /// The folder of its file.
+    pub fn folder(&self) -> &Path {
+        self.file.parent().unwrap_or(Path::new(""))
+    }
+
     /// The placed geometry, or an error that says how to get it.
-    pub fn placed(&self, path: &Path) -> Result<&Placed, SceneError> {
+    pub fn placed(&self) -> Result<&Placed, SceneError> {
         match &self.geometry {
             SceneGeometry::Placed(placed) => Ok(placed),
-            SceneGeometry::Packing(_) => Err(SceneError::NotPlaced { path: path.to_owned() }),
+            SceneGeometry::Packing(_) => Err(SceneError::NotPlaced { path: self.file.clone() }),
         }
     }
 

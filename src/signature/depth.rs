@@ -7,14 +7,15 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::histogram::{Estimate, Histogram, Mean};
-use crate::scene::{Packing, Scene};
+use crate::scene::Packing;
 use crate::signature::plan::Plan;
-use crate::spectrum::Spectrum;
 use crate::support::error::Error;
+use crate::support::monitor::{Interrupted, Monitor};
 use crate::support::random::Purpose;
+use crate::table::Prepared;
 use crate::table::Table;
 use crate::tracer::Tracer;
-use crate::tracer::rules::Course;
+use crate::tracer::rules::TracingRules;
 
 /// What of the tolerance the grains left out may take.
 const MOST: f64 = 0.1;
@@ -94,15 +95,16 @@ fn fewer(packing: &Packing, parts: u32) -> Packing {
 /// The table of a bed without so many of its lowest grains, by the paths of its own.
 pub fn without_lowest(
     tracer: &Tracer,
-    scene: &Scene,
+    prepared: &Prepared,
     table: &Table,
     grains: u32,
-) -> Result<Table, Error> {
-    let spectra: Vec<&Spectrum> = table.materials.iter().map(|m| &m.spectrum).collect();
-    let bands = table.reflectances(&table.stop.grid.wavelengths_um())?;
-    let course = Course::new(scene, &spectra).ending_below(table.stop.least_weight, &bands);
+    monitor: &dyn Monitor,
+) -> Result<Table, Interrupted> {
+    let rules =
+        TracingRules::new(prepared).ending_below(table.stop.least_weight, &prepared.reflectances);
     let rest = tracer.without_lowest(grains as usize);
-    let tally = rest.trace(&course, table.seed, Purpose::Result, 0..table.paths, &|_| ())?;
+    let check = |_| monitor.check();
+    let tally = rest.trace(&rules, table.seed, Purpose::Result, 0..table.paths, &check)?;
     let (histogram, cells) = (Histogram::of(&tally), Histogram::by_cell(&tally));
     Ok(Table { histogram, cells, ..table.clone() })
 }
@@ -128,9 +130,11 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::scene::Scene;
     use crate::scene::{Grid, SceneGeometry, shipped};
-    use crate::table::{Target, materials};
-    use crate::tracer::trace;
+    use crate::support::monitor::Unwatched;
+    use crate::table::Target;
+    use crate::tracer::trace::{self, Request};
 
     fn recipe() -> Packing {
         let text = shipped::text("sparse").expect("it is shipped");
@@ -198,14 +202,15 @@ mod tests {
     fn what_lies_deep_changes_little_and_nothing_nothing() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
         let scene = Scene::read(&path).expect("a scene");
-        let tracer = trace::tracer(&scene, &path).expect("a bed");
-        let materials = materials::materials(&scene, &path).expect("spectra");
+        let tracer = trace::tracer(&scene).expect("a bed");
         let grid = Grid::new(8.0, 12.0, 1.0).expect("a grid");
         let target = Target { max_paths: 8192, ..Target::of(0.05) };
-        let table = trace::trace_with(&tracer, &scene, &path, materials, &grid, target);
-        let table = table.expect("traced");
+        let prepared = Prepared::new(scene, &grid.wavelengths_um()).expect("spectra");
+        let request = Request::new(&grid, target);
+        let table = trace::trace(&tracer, &prepared, request, &Unwatched).expect("traced");
         let changes = |grains| {
-            let rest = without_lowest(&tracer, &scene, &table, grains).expect("traced");
+            let rest =
+                without_lowest(&tracer, &prepared, &table, grains, &Unwatched).expect("traced");
             let of = [rest.clone(), rest];
             change(&[table.clone(), table.clone()], &of, &grid.wavelengths_um()).expect("bands").0
         };

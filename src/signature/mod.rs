@@ -11,7 +11,6 @@ use rayon::prelude::*;
 use crate::histogram::{Estimate, Mean, Radiance};
 use crate::radiometry::{self, Assumed, Lit, Measured, Retrieved, Temperature};
 use crate::support::error::Error;
-use crate::support::interrupt::{self, Interrupted};
 use crate::table::Table;
 
 pub use cells::spread_by_cells;
@@ -50,14 +49,7 @@ pub struct Band {
 /// Without a table.
 pub fn evaluate(packings: &[Table], wavelengths_um: &[f64]) -> Result<Vec<Band>, Error> {
     let lit = packings[0].lit(wavelengths_um)?;
-    lit.par_iter()
-        .map(|lit| {
-            if interrupt::requested() {
-                return Err(Interrupted.into());
-            }
-            Ok(band(packings, lit))
-        })
-        .collect()
+    Ok(lit.par_iter().map(|lit| band(packings, lit)).collect())
 }
 
 /// The emissivity for one reflectance of each symbol of the tables.

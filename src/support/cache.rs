@@ -155,7 +155,7 @@ fn whole(folder: &Path) -> Option<Vec<String>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::support::interrupt::Interrupted;
+    use crate::support::monitor::Interrupted;
 
     #[test]
     fn a_damaged_result_is_made_anew() {

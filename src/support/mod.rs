@@ -3,9 +3,9 @@
 pub mod cache;
 pub mod envi;
 pub mod error;
-pub mod interrupt;
+pub mod file_error;
+pub mod monitor;
 pub mod output;
-pub mod progress;
 pub mod random;
 mod sobol;
 pub mod statistics;

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use crate::histogram::tally::Kept;
 use crate::histogram::{Estimate, Mean};
-use crate::scene::{Inverted, Material, Scene, SpectrumSource};
+use crate::scene::{Inverted, Material, SpectrumSource};
 use crate::spectrum::format::{self, Reading};
 use crate::spectrum::{PureBed, Spectrum, SpectrumError, kirchhoff};
-use crate::support::error::{Error, Failure};
-use crate::table::{Table, TableError, TableMaterial};
+use crate::support::error::Failure;
+use crate::table::{Table, TableError};
 
 /// Why the spectrum that a scene names cannot be had.
 #[derive(Debug, thiserror::Error)]
@@ -58,49 +58,6 @@ impl Failure for MaterialError {
     fn hint(&self) -> Option<String> {
         self.source.hint()
     }
-}
-
-/// The materials of a scene with their spectra; files are relative to the scene file.
-pub fn materials(scene: &Scene, path: &Path) -> Result<Vec<TableMaterial>, Error> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    scene
-        .materials
-        .iter()
-        .map(|material| {
-            let spectrum = Spectrum::resolve(&material.spectrum, folder).map_err(|source| {
-                let scene = path.to_owned();
-                MaterialError { scene, material: material.name.clone(), source }
-            })?;
-            Ok(TableMaterial {
-                name: material.name.clone(),
-                specular: specular(material, &spectrum),
-                spectrum,
-                temperature_k: material.temperature_k,
-                mean_chord_um: None,
-                first_hits: 0,
-            })
-        })
-        .collect()
-}
-
-/// The reflectance of each symbol in each band: what the stop rule looks at.
-pub fn bands(
-    materials: &[TableMaterial],
-    kept: Kept,
-    wavelengths_um: &[f64],
-    path: &Path,
-) -> Result<Vec<Vec<f64>>, Error> {
-    for material in materials {
-        reflectances(&[&material.spectrum], kept, wavelengths_um).map_err(|source| {
-            MaterialError {
-                scene: path.to_owned(),
-                material: material.name.clone(),
-                source: source.into(),
-            }
-        })?;
-    }
-    let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
-    Ok(reflectances(&spectra, kept, wavelengths_um)?)
 }
 
 /// Places within a bin of cosines at which a reflectance is taken.

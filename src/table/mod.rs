@@ -5,6 +5,7 @@ pub mod field;
 mod file;
 pub mod materials;
 pub mod merge;
+mod prepared;
 pub mod remark;
 pub mod stop;
 
@@ -24,6 +25,8 @@ use crate::table::materials::reflectances;
 use crate::table::remark::Remark;
 
 pub use file::TableError;
+pub use prepared::Prepared;
+pub(crate) use prepared::resolved;
 pub use stop::{Ended, Part, Stop, Sureness, Target};
 
 /// The format's version, the value of `soilsig_table`.

@@ -13,8 +13,7 @@ use glam::DVec3;
 use super::footprint::Footprint;
 use super::turn::Turn;
 use crate::geometry::cut::Section;
-use crate::geometry::patches;
-use crate::geometry::{Bed, Domain};
+use crate::geometry::{Bed, Domain, patches};
 use crate::scene::Sides;
 
 /// Sides crossed between two hits after which a path is given up as trapped: a level ray through an

@@ -24,13 +24,12 @@ use rayon::prelude::*;
 use crate::geometry::Bed;
 use crate::histogram::tally::{CELLS, PARTS, Tally};
 use crate::scene::Sides;
-use crate::support::error::Error;
-use crate::support::interrupt::{self, Interrupted};
+use crate::support::monitor::Interrupted;
 use crate::support::random::{CELLS_OF_VIEW, Point, Points, Purpose, group_of};
 use crate::tracer::bvh::{Accelerator, Hit};
 use crate::tracer::field::{Field, Meets, Ray};
-use crate::tracer::rules::Course;
-use crate::tracer::scatter::Leaving;
+use crate::tracer::rules::TracingRules;
+use crate::tracer::scatter::Scatter;
 
 /// Paths that are put in order and traced before those that come after them.
 pub(crate) const WAVE: u64 = 1 << 15;
@@ -129,38 +128,39 @@ impl Tracer {
         &self.accelerator
     }
 
-    /// Traces the paths of those numbers. `progress` is told how many paths were done, from any thread.
+    /// Traces the paths of those numbers. `progress` is told how many paths were done, from any
+    /// thread, and may stop the work.
     pub fn trace(
         &self,
-        course: &Course,
+        rules: &TracingRules,
         seed: u64,
         purpose: Purpose,
         numbers: Range<u64>,
-        progress: &(dyn Fn(u64) + Sync),
-    ) -> Result<Tally, Error> {
-        let points = Points::new(seed, purpose, course.sampler);
-        let mut sum = self.nothing(course);
+        progress: &(dyn Fn(u64) -> Result<(), Interrupted> + Sync),
+    ) -> Result<Tally, Interrupted> {
+        let points = Points::new(seed, purpose, rules.sampler);
+        let mut sum = self.nothing(rules);
         for first in numbers.clone().step_by(WAVE as usize) {
             let end = (first + WAVE).min(numbers.end);
-            sum.add(&self.wave(course, &points, first..end, progress)?);
+            sum.add(&self.wave(rules, &points, first..end, progress)?);
         }
         Ok(sum)
     }
 
     /// Counts of no path.
-    pub(crate) fn nothing(&self, course: &Course) -> Tally {
-        Tally::new(self.bed.materials, course.kept)
+    pub(crate) fn nothing(&self, rules: &TracingRules) -> Tally {
+        Tally::new(self.bed.materials, rules.kept)
     }
 
     /// Traces some paths in the order of where they begin: paths beside each other meet the same nodes and triangles, which are
     /// still at hand. Counts do not depend on the order.
     fn wave(
         &self,
-        course: &Course,
+        rules: &TracingRules,
         points: &Points,
         numbers: Range<u64>,
-        progress: &(dyn Fn(u64) + Sync),
-    ) -> Result<Tally, Error> {
+        progress: &(dyn Fn(u64) -> Result<(), Interrupted> + Sync),
+    ) -> Result<Tally, Interrupted> {
         let begun = |(net, mut point): (u16, Point)| (point.pair(), net, point);
         let block = |number: usize| {
             let first = numbers.start + (number * BLOCK) as u64;
@@ -172,20 +172,17 @@ impl Tracer {
         paths
             .par_chunks_mut(BLOCK)
             .map(|block| {
-                if interrupt::requested() {
-                    return Err(Interrupted.into());
-                }
-                let mut tally = self.nothing(course);
+                let mut tally = self.nothing(rules);
                 for (place, net, point) in &mut *block {
                     tally.begin(group_of(*net, *place, CELLS_OF_VIEW), self.cell(*place));
                     let ray = self.field.start(*place, || point.pair());
-                    self.follow(course, ray, point, &mut tally);
+                    self.follow(rules, ray, point, &mut tally);
                 }
-                progress(block.len() as u64);
+                progress(block.len() as u64)?;
                 Ok(tally)
             })
             .try_reduce(
-                || self.nothing(course),
+                || self.nothing(rules),
                 |mut sum, part| {
                     sum.add(&part);
                     Ok(sum)
@@ -203,19 +200,19 @@ impl Tracer {
     /// comes down misses.
     pub(crate) fn path_of_camera(
         &self,
-        course: &Course,
+        rules: &TracingRules,
         (origin, direction): (DVec3, DVec3),
         random: &mut Point,
         tally: &mut Tally,
     ) {
         match self.field.enter(origin, direction) {
-            Some(ray) => self.follow(course, ray, random, tally),
+            Some(ray) => self.follow(rules, ray, random, tally),
             None => tally.ended(1.0),
         }
     }
 
     /// A path from its first ray on.
-    fn follow(&self, course: &Course, mut ray: Ray, random: &mut Point, tally: &mut Tally) {
+    fn follow(&self, rules: &TracingRules, mut ray: Ray, random: &mut Point, tally: &mut Tally) {
         let mut left = None;
         let mut weight = 1.0;
         let mut event = self.next(&mut ray);
@@ -226,16 +223,16 @@ impl Tracer {
                 Event::Inside { mesh } => return tally.buried(left, mesh),
                 Event::Hit { mesh, material, point, normal } => {
                     left = mesh;
-                    let facet = course.facets[usize::from(material)];
+                    let facet = rules.facets[usize::from(material)];
                     let (symbol, hits) =
                         tally.hit(material, facet.by_angle, -ray.direction.dot(normal));
-                    weight *= course.greatest[symbol];
-                    if hits >= course.most_hits || weight * tally.share() < course.least_weight {
+                    weight *= rules.greatest[symbol];
+                    if hits >= rules.most_hits || weight * tally.share() < rules.least_weight {
                         return tally.trapped();
                     }
                     let mut numbers = random.pair();
                     // The first hit sends out several rays, and is worth them.
-                    if hits > 1 && !course.kept.order {
+                    if hits > 1 && !rules.kept.order {
                         let times = (RAISED_TO / (weight * tally.share())) as u64;
                         let times = times.min(STANDS_FOR / tally.stands_for());
                         if times > 1 {
@@ -248,14 +245,14 @@ impl Tracer {
                             }
                         }
                     }
-                    let leaving = Leaving::new(ray, point, facet, normal, numbers);
+                    let scatter = Scatter::new(ray, point, facet, normal, numbers);
                     (ray, event) = if hits == 1 && facet.specular < 1.0 {
-                        match self.split(&leaving, random, tally) {
+                        match self.split(&scatter, random, tally) {
                             Some(rest) => rest,
                             None => return,
                         }
                     } else {
-                        let mut ray = leaving.ray(0);
+                        let mut ray = scatter.ray(0);
                         let event = self.next(&mut ray);
                         (ray, event)
                     };
@@ -273,17 +270,17 @@ impl Tracer {
     /// changes, only its noise.
     fn split(
         &self,
-        leaving: &Leaving,
+        scatter: &Scatter,
         random: &mut Point,
         tally: &mut Tally,
     ) -> Option<(Ray, Event)> {
-        let mut first = leaving.ray(0);
+        let mut first = scatter.ray(0);
         let event = self.next(&mut first);
         let is_open = matches!(event, Event::Sky);
         let (mut cosines, mut open) = ([0.0; PARTS as usize], 0);
         let (mut blocked, mut count) = ([0; PARTS as usize], 0);
         for number in 0..PARTS {
-            let mut ray = if number == 0 { first } else { leaving.ray(number) };
+            let mut ray = if number == 0 { first } else { scatter.ray(number) };
             if if number == 0 { is_open } else { self.sees_sky(&mut ray) } {
                 cosines[open] = ray.direction.z;
                 open += 1;
@@ -300,7 +297,7 @@ impl Tracer {
             return Some((first, event));
         }
         let [among, _] = random.pair();
-        let mut ray = leaving.ray(blocked[(among * count as f64) as usize]);
+        let mut ray = scatter.ray(blocked[(among * count as f64) as usize]);
         let event = self.next(&mut ray);
         Some((ray, event))
     }

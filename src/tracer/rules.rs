@@ -1,10 +1,8 @@
 //! The rules that paths go by, and what of them has to be kept.
 
-use crate::histogram::tally::{COSINES, Kept, ZENITHS};
-use crate::scene::Scene;
-use crate::spectrum::Spectrum;
+use crate::histogram::tally::Kept;
 use crate::support::random::Sampler;
-use crate::table::materials::specular;
+use crate::table::{Prepared, TableMaterial};
 
 /// Hits after which a path is given up, however much it may still carry: two mirrors face to face would hold it for
 /// ever.
@@ -26,7 +24,7 @@ impl Facet {
 
 /// The rules that paths go by.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Course {
+pub struct TracingRules {
     /// What is kept of a path.
     pub kept: Kept,
     /// The facets of each material.
@@ -42,23 +40,13 @@ pub struct Course {
     pub least_weight: f64,
 }
 
-impl Course {
-    /// The rules of a scene with these spectra: keeps the least that serves it. Paths go on to the last hit.
-    pub fn new(scene: &Scene, spectra: &[&Spectrum]) -> Self {
-        let facets: Vec<Facet> = scene
-            .materials
-            .iter()
-            .zip(spectra)
-            .map(|(material, spectrum)| {
-                let by_angle = spectrum.is_angular();
-                let specular = specular(material, spectrum);
-                Facet { specular, by_angle }
-            })
-            .collect();
-        let order = scene.materials.iter().any(|m| scene.temperature_of(m) != scene.temperature_k);
-        let cosines = if facets.iter().any(|facet| facet.by_angle) { COSINES } else { 1 };
-        let zeniths = if scene.sky_is_by_zenith() { ZENITHS } else { 1 };
-        let kept = Kept { order, cosines, zeniths };
+impl TracingRules {
+    /// The rules of a scene: records the least that serves it. Paths go on to the last hit.
+    pub fn new(prepared: &Prepared) -> Self {
+        let of =
+            |m: &TableMaterial| Facet { specular: m.specular, by_angle: m.spectrum.is_angular() };
+        let facets: Vec<Facet> = prepared.materials.iter().map(of).collect();
+        let kept = prepared.kept;
         let greatest = vec![1.0; kept.symbols(facets.len())];
         let sampler = Sampler::Even;
         Self { kept, facets, sampler, most_hits: MOST_HITS, greatest, least_weight: 0.0 }

@@ -7,7 +7,7 @@ use crate::tracer::field::Ray;
 use crate::tracer::rules::Facet;
 
 /// A path at a facet that it leaves.
-pub(crate) struct Leaving {
+pub(crate) struct Scatter {
     /// The ray that came.
     ray: Ray,
     point: DVec3,
@@ -20,7 +20,7 @@ pub(crate) struct Leaving {
     on_circle: DVec2,
 }
 
-impl Leaving {
+impl Scatter {
     pub(crate) fn new(
         ray: Ray,
         point: DVec3,
@@ -99,10 +99,10 @@ mod tests {
             materials: 1,
         };
         let ray = Field::new(&bed, Sides::Open).start([0.5; 2], || [0.0; 2]);
-        let leaving = Leaving::new(ray, DVec3::ZERO, Facet::LAMBERTIAN, normal, numbers);
+        let scatter = Scatter::new(ray, DVec3::ZERO, Facet::LAMBERTIAN, normal, numbers);
         let (right, up) = normal.any_orthonormal_pair();
         std::array::from_fn(|number| {
-            let direction = leaving.ray(number as u64).direction;
+            let direction = scatter.ray(number as u64).direction;
             let across = DVec2::new(direction.dot(right), direction.dot(up));
             assert!((direction.length() - 1.0).abs() < 1e-12 && direction.dot(normal) > 0.0);
             let turn = across.to_angle() / std::f64::consts::TAU;

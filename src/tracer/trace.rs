@@ -7,33 +7,31 @@ use sha2::{Digest, Sha256};
 
 use crate::geometry::ingest;
 use crate::histogram::Histogram;
-use crate::radiometry::air::{Air, air};
 use crate::scene::{Grid, Scene};
-use crate::spectrum::Spectrum;
 use crate::support::error::Error;
+use crate::support::monitor::Monitor;
 use crate::support::output;
 use crate::table::cover::Cover;
 use crate::table::field::{Alone, InField};
-use crate::table::materials::{bands, materials};
-use crate::table::{self, Ended, Stop, Table, TableError, TableMaterial, Target};
-use crate::tracer::rules::Course;
+use crate::table::{self, Ended, Prepared, Stop, Table, TableError, Target};
+use crate::tracer::rules::{MOST_HITS, TracingRules};
 use crate::tracer::until::{self, Traced, Watch};
 use crate::tracer::{Tracer, coverage, doubts};
 
 /// SHA-256 of a scene file and the meshes it names: what a table belongs to.
-pub fn scene_sha256(scene: &Scene, path: &Path) -> Result<String, Error> {
+pub fn scene_sha256(scene: &Scene) -> Result<String, Error> {
     let mut sum = Sha256::new();
-    sum.update(output::sha256(path)?);
-    for file in ingest::files(scene, path)? {
+    sum.update(output::sha256(&scene.file)?);
+    for file in ingest::files(scene)? {
         sum.update(output::sha256(&file)?);
     }
     Ok(output::hex(&sum.finalize()))
 }
 
 /// Reads the meshes of a placed scene and makes them ready for tracing.
-pub fn tracer(scene: &Scene, path: &Path) -> Result<Tracer, Error> {
-    ingest::files(scene, path)?;
-    Ok(Tracer::new(ingest::load(scene, path)?))
+pub fn tracer(scene: &Scene) -> Result<Tracer, Error> {
+    ingest::files(scene)?;
+    Ok(Tracer::new(ingest::load(scene)?))
 }
 
 /// The floor's material, if nothing else is made of it.
@@ -50,27 +48,24 @@ pub fn coverage(tracer: &Tracer, scene: &Scene) -> BTreeMap<String, Cover> {
 }
 
 /// The table of a scene of which nothing is traced yet.
-pub(crate) fn untraced(
-    tracer: &Tracer,
-    scene: &Scene,
-    path: &Path,
-    course: &Course,
-    materials: Vec<TableMaterial>,
-    air: Air,
-    stop: Stop,
-) -> Result<Table, Error> {
+pub(crate) fn untraced(tracer: &Tracer, prepared: &Prepared, stop: Stop) -> Result<Table, Error> {
+    let scene = &prepared.scene;
+    let mut materials = prepared.materials.to_vec();
+    for (material, chord) in materials.iter_mut().zip(tracer.bed().mean_chords_um()) {
+        material.mean_chord_um = chord;
+    }
     let longest_um = stop.grid.range_um().1;
     Ok(Table {
         soilsig_table: table::FORMAT,
         scene: scene.name.clone(),
-        scene_sha256: scene_sha256(scene, path)?,
+        scene_sha256: scene_sha256(scene)?,
         temperature_k: scene.temperature_k,
         sky_temperature_k: scene.sky_temperature_k.clone(),
-        sky_radiance: air.sky_radiance,
-        atmosphere: air.atmosphere,
+        sky_radiance: prepared.air.sky_radiance.clone(),
+        atmosphere: prepared.air.atmosphere.clone(),
         view: scene.view,
         seed: scene.seed,
-        max_bounces: course.most_hits,
+        max_bounces: MOST_HITS,
         materials,
         stop,
         floor: floor_alone(tracer),
@@ -83,62 +78,46 @@ pub(crate) fn untraced(
         inside: Vec::new(),
         coverage: coverage(tracer, scene),
         remarks: doubts::of_bed(tracer, longest_um, scene.seed),
-        histogram: Histogram::empty(course.kept),
+        histogram: Histogram::empty(prepared.kept),
         cells: None,
     })
 }
 
-/// Traces a scene until the widest of the bands of `grid` has its half-width.
+/// What a trace is asked for.
+#[derive(Clone, Copy)]
+pub struct Request<'a> {
+    /// The bands that are to reach the tolerance: those that the scene was prepared for.
+    pub grid: &'a Grid,
+    /// What to reach, and what at most to spend.
+    pub target: Target,
+    /// File in which an interrupted trace leaves what it has. A trace of the same scene that finds it goes on from it.
+    pub partial: Option<&'a Path>,
+    /// What the monitor is told that is traced.
+    pub what: &'a str,
+}
+
+impl<'a> Request<'a> {
+    /// Traces until the target is reached.
+    pub fn new(grid: &'a Grid, target: Target) -> Self {
+        Self { grid, target, partial: None, what: "paths" }
+    }
+}
+
+/// Traces a scene until the widest of its bands has its half-width.
 ///
-/// Where a file for what is `kept` is given, an interrupted trace leaves there what it has, and one that finds
-/// there what a trace of the same scene kept goes on from it.
+/// # Errors
+/// The monitor stopped it; no path met anything.
 pub fn trace(
     tracer: &Tracer,
-    scene: &Scene,
-    path: &Path,
-    grid: &Grid,
-    target: Target,
-    kept: Option<&Path>,
-    progress: &(dyn Fn(u64, u64) + Sync),
+    prepared: &Prepared,
+    request: Request,
+    monitor: &dyn Monitor,
 ) -> Result<Table, Error> {
-    traced(tracer, scene, path, materials(scene, path)?, grid, target, kept, progress)
-}
-
-/// The same with spectra that are known already.
-pub fn trace_with(
-    tracer: &Tracer,
-    scene: &Scene,
-    path: &Path,
-    materials: Vec<TableMaterial>,
-    grid: &Grid,
-    target: Target,
-) -> Result<Table, Error> {
-    traced(tracer, scene, path, materials, grid, target, None, &|_, _| ())
-}
-
-#[expect(clippy::too_many_arguments, reason = "what a trace depends on")]
-fn traced(
-    tracer: &Tracer,
-    scene: &Scene,
-    path: &Path,
-    mut materials: Vec<TableMaterial>,
-    grid: &Grid,
-    target: Target,
-    kept: Option<&Path>,
-    progress: &(dyn Fn(u64, u64) + Sync),
-) -> Result<Table, Error> {
-    for (material, chord) in materials.iter_mut().zip(tracer.bed().mean_chords_um()) {
-        material.mean_chord_um = chord;
-    }
-    let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
-    let wavelengths_um = grid.wavelengths_um();
-    let course = Course::new(scene, &spectra);
-    let bands = bands(&materials, course.kept, &wavelengths_um, path)?;
-    let course = course.ending_below(target.least_weight, &bands);
+    let Request { grid, target, partial, what } = request;
+    let bands = &prepared.reflectances;
+    let rules = TracingRules::new(prepared).ending_below(target.least_weight, bands);
     let names: Vec<&str> = tracer.bed().meshes.iter().map(|mesh| mesh.name.as_str()).collect();
-    let air = air(scene, path, &wavelengths_um)?;
-    let empty =
-        untraced(tracer, scene, path, &course, materials, air, Stop::new(&target, grid.clone()))?;
+    let empty = untraced(tracer, prepared, Stop::new(&target, grid.clone()))?;
     let first = target.exactly.map_or(0, |part| part.first);
     let table_of = |traced: &Traced| {
         let mut table = empty.clone();
@@ -158,7 +137,7 @@ fn traced(
                 .exactly
                 .is_none_or(|part| table.stop.wanted == part.of && table.numbers[1] <= part.end)
     };
-    let earlier = kept
+    let earlier = partial
         .filter(|file| file.is_file())
         .and_then(|file| Table::read(file).ok())
         .filter(|table| table.is_part_of_same(&empty) && fits(table))
@@ -167,14 +146,14 @@ fn traced(
             wanted: table.stop.wanted,
             ended_by: Ended::Interrupted,
         });
-    let keep = |traced: &Traced| match kept {
+    let keep = |traced: &Traced| match partial {
         Some(file) if traced.tally.paths > traced.tally.missed => {
             Ok(table_of(traced)?.write(file)?)
         }
         _ => Ok(()),
     };
-    let watch = Watch { progress, keep: &keep };
-    let traced = until::trace(tracer, &course, scene.seed, &bands, target, earlier, &watch)?;
+    let watch = Watch { monitor, what, keep: &keep };
+    let traced = until::trace(tracer, &rules, prepared.scene.seed, bands, target, earlier, &watch)?;
     if traced.tally.paths == traced.tally.missed {
         return Err(TableError::Empty.into());
     }
@@ -182,7 +161,7 @@ fn traced(
     if target.exactly.is_none()
         && let Some(field) = &empty.field
     {
-        let alone = Alone::trace(tracer, &course, &table, &bands, target)?;
+        let alone = Alone::trace(tracer, &rules, &table, bands, target, monitor)?;
         table.field = Some(InField { alone: Some(alone), ..field.clone() });
     }
     Ok(table)

@@ -7,12 +7,12 @@ use std::time::{Duration, Instant};
 use crate::histogram::Histogram;
 use crate::histogram::tally::Tally;
 use crate::support::error::Error;
+use crate::support::monitor::Monitor;
 use crate::support::random::{LOT, Purpose};
 use crate::support::statistics::T_95;
-use crate::table::Ended;
 use crate::table::stop::least_met;
-use crate::table::{Sureness, Target};
-use crate::tracer::rules::Course;
+use crate::table::{Ended, Sureness, Target};
+use crate::tracer::rules::TracingRules;
 use crate::tracer::{Tracer, WAVE};
 
 /// Paths of the pilot.
@@ -42,8 +42,10 @@ pub struct Traced {
 
 /// Work that is done while a trace is under way.
 pub struct Watch<'a> {
-    /// Told how many paths are done and how many are wanted.
-    pub progress: &'a (dyn Fn(u64, u64) + Sync),
+    /// Told how many paths are done and how many are wanted; may stop the trace.
+    pub monitor: &'a dyn Monitor,
+    /// What the monitor is told that these are: paths, or those of a bed.
+    pub what: &'a str,
     /// Given what is traced so far, every few seconds and when the trace is interrupted.
     pub keep: &'a (dyn Fn(&Traced) -> Result<(), Error> + Sync),
 }
@@ -53,7 +55,7 @@ pub struct Watch<'a> {
 /// `kept` is what an earlier trace of the same kind kept when it was interrupted.
 pub fn trace(
     tracer: &Tracer,
-    course: &Course,
+    rules: &TracingRules,
     seed: u64,
     bands: &[Vec<f64>],
     target: Target,
@@ -65,10 +67,10 @@ pub fn trace(
     let end = |wanted: u64| target.exactly.map_or(wanted, |part| part.end);
     let mut traced = match (kept, target.exactly) {
         (Some(kept), _) => kept,
-        (None, Some(part)) => fresh(tracer, course, part.of),
+        (None, Some(part)) => fresh(tracer, rules, part.of),
         (None, None) => {
-            let (_, wanted) = pilot(tracer, course, seed, bands, target)?;
-            fresh(tracer, course, wanted.max(LEAST).min(target.max_paths))
+            let (_, wanted) = pilot(tracer, rules, seed, bands, target, watch.monitor)?;
+            fresh(tracer, rules, wanted.max(LEAST).min(target.max_paths))
         }
     };
     let mut last_kept = Instant::now();
@@ -78,15 +80,16 @@ pub fn trace(
             let from = first + traced.tally.paths;
             let to = (from + WAVE).min(first + wanted);
             let done = AtomicU64::new(traced.tally.paths);
-            let wave = tracer.trace(course, seed, Purpose::Result, from..to, &|paths| {
+            let wave = tracer.trace(rules, seed, Purpose::Result, from..to, &|paths| {
                 let sum = done.fetch_add(paths, Ordering::Relaxed) + paths;
-                (watch.progress)(sum, wanted);
+                watch.monitor.at(sum, wanted, watch.what);
+                watch.monitor.check()
             });
             match wave {
                 Ok(wave) => traced.tally.add(&wave),
                 Err(error) => {
                     (watch.keep)(&traced)?;
-                    return Err(error);
+                    return Err(error.into());
                 }
             }
             if target.max_seconds.is_some_and(|most| started.elapsed().as_secs_f64() >= most) {
@@ -122,16 +125,17 @@ pub fn trace(
 /// How many paths tell how many the target needs, and what they tell. They are thrown away.
 fn pilot(
     tracer: &Tracer,
-    course: &Course,
+    rules: &TracingRules,
     seed: u64,
     bands: &[Vec<f64>],
     target: Target,
+    monitor: &dyn Monitor,
 ) -> Result<(u64, u64), Error> {
-    let mut pilot = tracer.nothing(course);
+    let mut pilot = tracer.nothing(rules);
     let mut wanted = 0;
     for end in [GLANCE, PILOT] {
         let numbers = pilot.paths..end.min(target.max_paths);
-        pilot.add(&tracer.trace(course, seed, Purpose::Pilot, numbers, &|_| ())?);
+        pilot.add(&tracer.trace(rules, seed, Purpose::Pilot, numbers, &|_| monitor.check())?);
         (wanted, _) = more(&pilot, bands, target);
         if wanted < LEAST / 2 {
             break;
@@ -140,8 +144,8 @@ fn pilot(
     Ok((pilot.paths, wanted))
 }
 
-fn fresh(tracer: &Tracer, course: &Course, wanted: u64) -> Traced {
-    Traced { tally: tracer.nothing(course), wanted, ended_by: Ended::Interrupted }
+fn fresh(tracer: &Tracer, rules: &TracingRules, wanted: u64) -> Traced {
+    Traced { tally: tracer.nothing(rules), wanted, ended_by: Ended::Interrupted }
 }
 
 /// How many paths the target needs in all, by what these paths show, and whether they reach it. No more than there are where more would not help: when what trapped paths leave open is
@@ -170,6 +174,7 @@ mod tests {
     use crate::geometry::{Bed, Domain};
     use crate::histogram::tally::Kept;
     use crate::scene::Sides;
+    use crate::support::monitor::Unwatched;
     use crate::support::random::Sampler;
     use crate::tracer::rules::{Facet, MOST_HITS};
     use glam::DVec3;
@@ -187,7 +192,7 @@ mod tests {
         let (meshes, placements) = (Vec::new(), Vec::new());
         let bed = Bed { meshes, placements, domain, to_sensor: DVec3::Z, materials: 1 };
         let tracer = Tracer::new(bed);
-        let course = Course {
+        let rules = TracingRules {
             kept: Kept::PLAIN,
             facets: vec![Facet::LAMBERTIAN],
             sampler: Sampler::Even,
@@ -197,7 +202,8 @@ mod tests {
         };
         let of = |tolerance: f64| {
             let target = Target::of(tolerance);
-            pilot(&tracer, &course, 1, &[vec![0.5]], target).expect("nothing interrupts it")
+            pilot(&tracer, &rules, 1, &[vec![0.5]], target, &Unwatched)
+                .expect("nothing interrupts it")
         };
         assert_eq!(of(0.01), (GLANCE, LOT));
         let (paths, wanted) = of(1e-4);

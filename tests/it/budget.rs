@@ -8,9 +8,10 @@ use soilsig::scene::{Grid, Scene, SpectrumSource};
 use soilsig::signature::budget::{Budget, Origin, Share};
 use soilsig::signature::evaluate;
 use soilsig::spectrum::{PureBed, Spectrum};
+use soilsig::support::monitor::Unwatched;
 use soilsig::support::statistics::{T_95, quantile_95};
-use soilsig::table::{Part, Table, Target};
-use soilsig::tracer::trace;
+use soilsig::table::{Part, Prepared, Table, Target};
+use soilsig::tracer::trace::{self, Request};
 
 use crate::support::{Place, shipped};
 
@@ -40,11 +41,17 @@ fn traced(place: &Place, scene: &Value, seed: u64, tolerance: f64) -> Table {
     fs::write(&path, scene.to_string()).expect("written");
     let mut scene = Scene::read(&path).expect("the scene is sound");
     scene.seed = seed;
-    let tracer = trace::tracer(&scene, &path).expect("its meshes are sound");
+    let tracer = trace::tracer(&scene).expect("its meshes are sound");
     let band = Grid::new(9.0, 9.0, 0.01).expect("a grid");
     let exactly = Some(Part::shard(1, 1, 1 << 13));
     let target = Target { exactly, ..Target::of(tolerance) };
-    trace::trace(&tracer, &scene, &path, &band, target, None, &|_, _| ()).expect("traced")
+    trace::trace(
+        &tracer,
+        &Prepared::new(scene.clone(), &band.wavelengths_um()).expect("spectra"),
+        Request::new(&band, target),
+        &Unwatched,
+    )
+    .expect("traced")
 }
 
 fn budget(tables: &[Table], origin: Origin) -> Budget {

@@ -9,15 +9,21 @@ use soilsig::geometry::Domain;
 use soilsig::products::export::{self, To};
 use soilsig::scene::{Grid, Scene, SpectrumSource};
 use soilsig::signature;
-use soilsig::table::Target;
-use soilsig::tracer::trace;
+use soilsig::support::monitor::Unwatched;
+use soilsig::table::{Prepared, Target};
+use soilsig::tracer::trace::{self, Request};
 
 fn emissivities(path: &Path, grid: &Grid) -> Vec<(f64, f64)> {
     let scene = Scene::read(path).expect("the scene is sound");
-    let tracer = trace::tracer(&scene, path).expect("its meshes are sound");
+    let tracer = trace::tracer(&scene).expect("its meshes are sound");
     let target = Target::of(0.004);
-    let table =
-        trace::trace(&tracer, &scene, path, grid, target, None, &|_, _| ()).expect("traced");
+    let table = trace::trace(
+        &tracer,
+        &Prepared::new(scene.clone(), &grid.wavelengths_um()).expect("spectra"),
+        Request::new(grid, target),
+        &Unwatched,
+    )
+    .expect("traced");
     let bands = signature::evaluate(&[table], &grid.wavelengths_um()).expect("bands");
     bands.iter().map(|band| (band.emissivity.mean, band.emissivity.half_width)).collect()
 }
@@ -39,8 +45,8 @@ fn a_scene_comes_back_from_dirsigs_files_with_the_same_emissivity() {
     let scene = Scene::read(&original).expect("a scene");
     let bundle = folder.path().join("bundle");
     let grid = Grid::new(8.0, 12.0, 0.1).expect("a grid");
-    let lost = export::export(&scene, &original, To::Dirsig, &grid.wavelengths_um(), &bundle)
-        .expect("written");
+    let lost =
+        export::export(&scene, To::Dirsig, &grid.wavelengths_um(), &bundle).expect("written");
     assert!(lost.iter().any(|sentence| sentence.contains("MAX_BOUNCES")), "{lost:?}");
     let (imported, _) =
         export::import(&bundle.join("scene.odb"), &bundle.join("scene.mat"), &bundle)
@@ -94,7 +100,7 @@ fn mitsubas_picture_is_not_mirrored_and_its_scene_is_about_the_origin() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
     let scene = Scene::read(&path).expect("a scene");
-    export::export(&scene, &path, To::Mitsuba, &[8.0, 9.0, 10.0], folder.path()).expect("written");
+    export::export(&scene, To::Mitsuba, &[8.0, 9.0, 10.0], folder.path()).expect("written");
     let xml = fs::read_to_string(folder.path().join("scene.xml")).expect("written");
     let matrix = |of: &str| -> Vec<f64> {
         let (_, after) = xml.split_once(of).expect("it is there");
@@ -109,7 +115,7 @@ fn mitsubas_picture_is_not_mirrored_and_its_scene_is_about_the_origin() {
     // Seen from above the picture's right is where x grows.
     assert!(axes.x_axis.x < 0.0 && axes.y_axis.y > 0.0 && axes.z_axis.z < 0.0, "{axes}");
     assert!(sensor[3].abs() < 1e-9 && sensor[7].abs() < 1e-9, "above the middle");
-    let tracer = trace::tracer(&scene, &path).expect("its meshes");
+    let tracer = trace::tracer(&scene).expect("its meshes");
     let Domain { min_um, max_um, .. } = tracer.bed().domain;
     let first = matrix("<shape type=\"instance\"");
     let from_middle = tracer.bed().placements[0].to_scene.translation - (min_um + max_um) / 2.0;

@@ -11,7 +11,7 @@ use soilsig::support::error::Failure;
 use soilsig::support::random::{Purpose, Sampler};
 use soilsig::table::Table;
 use soilsig::table::field::InField;
-use soilsig::tracer::rules::{Course, Facet};
+use soilsig::tracer::rules::{Facet, TracingRules};
 use soilsig::tracer::{Tracer, trace};
 use tempfile::TempDir;
 
@@ -94,9 +94,9 @@ fn a_bed_within_a_fields_sides_is_that_field() {
         let (_folder, path) =
             scene(&block, &at(60.0, 130.0), &domain([300.0, 260.0], keys), &[0.3, 0.6]);
         let scene = Scene::read(&path).expect("a scene");
-        trace::tracer(&scene, &path).expect("a bed")
+        trace::tracer(&scene).expect("a bed")
     });
-    let course = Course {
+    let rules = TracingRules {
         kept: Kept::PLAIN,
         facets: vec![Facet::LAMBERTIAN; 2],
         sampler: Sampler::Even,
@@ -105,7 +105,7 @@ fn a_bed_within_a_fields_sides_is_that_field() {
         least_weight: 0.0,
     };
     let tally = |tracer: &Tracer| {
-        tracer.trace(&course, 1, Purpose::Result, 0..4096, &|_| ()).expect("traced")
+        tracer.trace(&rules, 1, Purpose::Result, 0..4096, &|_| Ok(())).expect("traced")
     };
     assert_eq!(tally(&of_mirrors.within(sides)), tally(&field));
     assert_ne!(tally(&of_mirrors), tally(&field));
@@ -218,7 +218,7 @@ fn a_field_is_the_same_on_any_number_of_threads() {
 #[test]
 fn a_field_counts_its_particles() {
     let (_folder, path) = settled(FIELD);
-    let bed = ingest::load(&Scene::read(&path).expect("sound"), &path).expect("sound");
+    let bed = ingest::load(&Scene::read(&path).expect("sound")).expect("sound");
     let of_patch = bed.particles();
     // Each dusty grain is one particle and one for each of its fines.
     let placed: usize = bed.placements.iter().map(|p| bed.meshes[p.mesh].particles.len()).sum();
@@ -237,8 +237,8 @@ fn keys_of_a_field_that_make_no_sense_are_refused_with_their_place() {
     };
     let sound = parse(r#"{"field": {"particles": 87e6}}"#).expect("sound");
     let domain_of = |scene: &Scene| {
-        let path = Path::new("scene.json");
-        scene.placed(path).expect("placed").domain.clone().expect("given").sides
+        let _path = Path::new("scene.json");
+        scene.placed().expect("placed").domain.clone().expect("given").sides
     };
     assert_eq!(domain_of(&sound), Sides::Field { particles: 87e6, seed: 0 });
     for (sides, part) in [
@@ -265,7 +265,7 @@ fn a_field_that_its_patch_cannot_make_is_refused() {
             &domain([250.0, 250.0], &sides),
             &[0.5, 0.5],
         );
-        ingest::load(&Scene::read(&path).expect("sound"), &path).map(|bed| bed.domain.patches)
+        ingest::load(&Scene::read(&path).expect("sound")).map(|bed| bed.domain.patches)
     };
     assert_eq!(of(60.0, "9").expect("sound"), [3, 3]);
     for (x, particles) in [(60.0, "1e12"), (-80.0, "9")] {

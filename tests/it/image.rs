@@ -10,9 +10,10 @@ use soilsig::products::cube::Cube;
 use soilsig::products::image::{self, Asked, Made};
 use soilsig::radiometry::{brightness_temperature_k, planck, planck_derivative};
 use soilsig::scene::{Grid, Scene};
+use soilsig::support::monitor::Unwatched;
 use soilsig::support::output;
-use soilsig::table::Target;
-use soilsig::tracer::trace;
+use soilsig::table::{Prepared, Target};
+use soilsig::tracer::trace::{self, Request};
 use tempfile::TempDir;
 
 const SIDE_UM: f64 = 100.0;
@@ -27,8 +28,8 @@ fn asked(noise: f64) -> Asked {
 
 fn make(scene: &Path, grid: &Grid, asked: &Asked, out: &Path) -> Made {
     let parsed = Scene::read(scene).expect("the scene is sound");
-    let tracer = trace::tracer(&parsed, scene).expect("its meshes are sound");
-    image::make(&tracer, &parsed, scene, grid, asked, out, &|_, _| ()).expect("an image")
+    let tracer = trace::tracer(&parsed).expect("its meshes are sound");
+    image::make(&tracer, &parsed, grid, asked, out, &Unwatched).expect("an image")
 }
 
 fn cube(out: &Path, name: &str) -> Cube {
@@ -182,10 +183,15 @@ fn the_mean_of_an_image_is_the_emissivity_of_the_table_and_its_noise_is_what_was
         .into();
     let path = folder.path().join("scene.json");
     let scene = Scene::read(&path).expect("a scene");
-    let tracer = trace::tracer(&scene, &path).expect("meshes");
+    let tracer = trace::tracer(&scene).expect("meshes");
     let target = Target::of(0.001);
-    let table =
-        trace::trace(&tracer, &scene, &path, &bands, target, None, &|_, _| ()).expect("traced");
+    let table = trace::trace(
+        &tracer,
+        &Prepared::new(scene.clone(), &bands.wavelengths_um()).expect("spectra"),
+        Request::new(&bands, target),
+        &Unwatched,
+    )
+    .expect("traced");
     let signature = soilsig::signature::evaluate(&[table], &bands.wavelengths_um()).expect("bands");
     let pixels = 32.0_f64 * 32.0;
     let mut widest = 0.0_f64;
@@ -310,16 +316,9 @@ fn a_pinhole_within_the_bed_is_refused() {
     let optics = json!({"pinhole": {"distance_um": 1.0, "field_of_view_deg": 20.0}});
     let path = patch(&folder, &json!({"pixels": [4, 4], "optics": optics}), |_| ());
     let scene = Scene::read(&path).expect("a scene");
-    let tracer = trace::tracer(&scene, &path).expect("meshes");
-    let made = image::make(
-        &tracer,
-        &scene,
-        &path,
-        &grid(9.0, 9.0, 1.0),
-        &asked(0.1),
-        folder.path(),
-        &|_, _| (),
-    );
+    let tracer = trace::tracer(&scene).expect("meshes");
+    let made =
+        image::make(&tracer, &scene, &grid(9.0, 9.0, 1.0), &asked(0.1), folder.path(), &Unwatched);
     let error = made.expect_err("it stands in the bed");
     assert!(error.to_string().contains("below the top of the bed"), "{error}");
     assert!(error.hint().expect("a hint").contains("distance_um"));

@@ -23,7 +23,7 @@ fn load(files: &[(&str, &[u8])], prototype: &str) -> Result<soilsig::geometry::B
     }
     let path = folder.path().join("scene.json");
     let scene = Scene::parse(&scene(prototype), &path).expect("the scene is sound");
-    ingest::load(&scene, &path)
+    ingest::load(&scene)
 }
 
 fn obj(content: &str) -> Result<soilsig::geometry::Bed, IngestError> {
@@ -231,6 +231,6 @@ fn broken_gltf_files_are_refused_with_file_and_problem() {
 fn a_packing_is_not_taken_for_placed_geometry() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/sparse.json");
     let scene = Scene::read(&path).expect("the shipped scene");
-    let error = ingest::load(&scene, &path).expect_err("a packing");
+    let error = ingest::load(&scene).expect_err("a packing");
     assert!(error.hint().expect("a hint").contains("pipeline --scene"));
 }

@@ -15,7 +15,7 @@ use soilsig::histogram::{Histogram, Mean};
 use soilsig::products::export::{self, To};
 use soilsig::scene::Scene;
 use soilsig::support::random::{Purpose, Sampler};
-use soilsig::tracer::rules::{Course, Facet, MOST_HITS};
+use soilsig::tracer::rules::{Facet, MOST_HITS, TracingRules};
 use soilsig::tracer::trace;
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
 use tempfile::TempDir;
@@ -65,9 +65,9 @@ fn open_patch(folder: &TempDir, [zenith_deg, azimuth_deg]: [f64; 2]) -> PathBuf 
 
 fn ours(path: &Path) -> Vec<Mean> {
     let scene = Scene::read(path).expect("the scene is sound");
-    let tracer = trace::tracer(&scene, path).expect("its meshes are sound");
+    let tracer = trace::tracer(&scene).expect("its meshes are sound");
     let bands: Vec<Vec<f64>> = REFLECTANCES.iter().map(|rho| rho.to_vec()).collect();
-    let course = Course {
+    let rules = TracingRules {
         kept: Kept::PLAIN,
         facets: vec![Facet::LAMBERTIAN; 3],
         sampler: Sampler::Even,
@@ -75,8 +75,8 @@ fn ours(path: &Path) -> Vec<Mean> {
         greatest: vec![1.0; 3],
         least_weight: 0.0,
     };
-    let course = course.ending_below(1e-4, &bands);
-    let tally = tracer.trace(&course, 1, Purpose::Result, 0..PATHS, &|_| ()).expect("traced");
+    let rules = rules.ending_below(1e-4, &bands);
+    let tally = tracer.trace(&rules, 1, Purpose::Result, 0..PATHS, &|_| Ok(())).expect("traced");
     assert_eq!(tally.missed, 0, "the floor has no end");
     let histogram = Histogram::of(&tally);
     bands.iter().map(|rho| histogram.weight(rho)).collect()
@@ -86,7 +86,7 @@ fn ours(path: &Path) -> Vec<Mean> {
 fn theirs(python: &Path, path: &Path) -> Vec<Vec<f64>> {
     let scene = Scene::read(path).expect("the scene is sound");
     let folder = path.with_extension("mitsuba");
-    let lost = export::export(&scene, path, To::Mitsuba, &[8.5, 9.0, 11.0], &folder);
+    let lost = export::export(&scene, To::Mitsuba, &[8.5, 9.0, 11.0], &folder);
     assert!(!lost.expect("exported").iter().any(|sentence| sentence.contains("sides")));
     let job = json!({
         "scene": folder.join("scene.xml"), "reflectances": REFLECTANCES,

@@ -270,7 +270,7 @@ fn assert_blender_opens_the_bed(blender: &Path, out: &Path) {
 
     let path = out.join("scene.json");
     let scene = Scene::read(&path).expect("it is sound");
-    let tracer = soilsig::tracer::trace::tracer(&scene, &path).expect("its meshes are");
+    let tracer = soilsig::tracer::trace::tracer(&scene).expect("its meshes are");
     let bed = tracer.bed();
     assert_eq!(found["triangles"], bed.triangles());
     assert_eq!(found["materials"], serde_json::json!(["coarse", "fine"]));

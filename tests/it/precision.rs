@@ -10,7 +10,7 @@ use soilsig::scene::{Scene, Sides};
 use soilsig::support::random::{Purpose, Sampler};
 use soilsig::tracer::Tracer;
 use soilsig::tracer::bvh::Accelerator;
-use soilsig::tracer::rules::{Course, Facet};
+use soilsig::tracer::rules::{Facet, TracingRules};
 
 /// Where the lines of a grid run, as shares of its width: narrow strips among them.
 const LINES: [f64; 9] = [0.0, 0.1, 0.100_003, 0.3, 0.37, 0.5, 0.500_003, 0.9, 1.0];
@@ -58,9 +58,9 @@ fn trace(bed: Bed, most_hits: u16, paths: u64) -> Tally {
     let facets = vec![Facet::LAMBERTIAN; bed.materials];
     let greatest = vec![1.0; bed.materials];
     let sampler = Sampler::Even;
-    let course =
-        Course { kept: Kept::PLAIN, facets, sampler, most_hits, greatest, least_weight: 0.0 };
-    Tracer::new(bed).trace(&course, 3, Purpose::Result, 0..paths, &|_| ()).expect("traced")
+    let rules =
+        TracingRules { kept: Kept::PLAIN, facets, sampler, most_hits, greatest, least_weight: 0.0 };
+    Tracer::new(bed).trace(&rules, 3, Purpose::Result, 0..paths, &|_| Ok(())).expect("traced")
 }
 
 fn placed(mesh: usize, to_scene: DAffine3) -> Placement {
@@ -155,7 +155,7 @@ fn a_gap_between_a_fine_and_its_host_is_kept() {
 #[test]
 fn a_bed_in_other_units_gives_the_same_table() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
-    let patch = ingest::load(&Scene::read(&path).expect("a scene"), &path).expect("meshes");
+    let patch = ingest::load(&Scene::read(&path).expect("a scene")).expect("meshes");
     let in_units = |scale: f64| {
         let mut bed = patch.clone();
         for vertex in bed.meshes.iter_mut().flat_map(|mesh| &mut mesh.vertices) {

@@ -7,8 +7,9 @@ use soilsig::products::cube::Cube;
 use soilsig::radiometry::{Assumed, brightness_temperature_k, planck};
 use soilsig::scene::{Grid, Scene};
 use soilsig::signature::{self, Band};
-use soilsig::table::{Table, Target};
-use soilsig::tracer::trace;
+use soilsig::support::monitor::Unwatched;
+use soilsig::table::{Prepared, Table, Target};
+use soilsig::tracer::trace::{self, Request};
 
 use crate::support::{Place, shipped};
 
@@ -37,9 +38,14 @@ fn grid() -> Grid {
 fn traced(place: &Place) -> Table {
     let path = place.path("scene.json");
     let scene = Scene::read(&path).expect("the scene is sound");
-    let tracer = trace::tracer(&scene, &path).expect("its meshes are sound");
-    trace::trace(&tracer, &scene, &path, &grid(), Target::of(0.02), None, &|_, _| ())
-        .expect("traced")
+    let tracer = trace::tracer(&scene).expect("its meshes are sound");
+    trace::trace(
+        &tracer,
+        &Prepared::new(scene.clone(), &grid().wavelengths_um()).expect("spectra"),
+        Request::new(&grid(), Target::of(0.02)),
+        &Unwatched,
+    )
+    .expect("traced")
 }
 
 fn evaluated(table: &Table) -> Vec<Band> {

@@ -8,8 +8,9 @@ use soilsig::radiometry::{
 use soilsig::scene::{Grid, Scene};
 use soilsig::signature;
 use soilsig::spectrum::Spectrum;
-use soilsig::table::Target;
-use soilsig::tracer::trace;
+use soilsig::support::monitor::Unwatched;
+use soilsig::table::{Prepared, Target};
+use soilsig::tracer::trace::{self, Request};
 
 use crate::support::{Noise, l_sky, measured};
 
@@ -23,10 +24,15 @@ fn wavelengths_um() -> Vec<f64> {
 fn beds() -> Vec<(&'static str, Vec<(f64, f64)>)> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
     let scene = Scene::read(&path).expect("a shipped scene");
-    let tracer = trace::tracer(&scene, &path).expect("its meshes");
+    let tracer = trace::tracer(&scene).expect("its meshes");
     let grid = Grid::new(7.3, 14.0, 0.1).expect("a grid");
-    let table = trace::trace(&tracer, &scene, &path, &grid, Target::of(0.01), None, &|_, _| ())
-        .expect("traced");
+    let table = trace::trace(
+        &tracer,
+        &Prepared::new(scene.clone(), &grid.wavelengths_um()).expect("spectra"),
+        Request::new(&grid, Target::of(0.01)),
+        &Unwatched,
+    )
+    .expect("traced");
     ["quartz_fine", "quartz_coarse"]
         .into_iter()
         .map(|fines| {

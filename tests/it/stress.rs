@@ -4,6 +4,7 @@
 use assert_cmd::Command;
 use soilsig::studies::stress::{self, Point, Row, Setting};
 use soilsig::support::cache::Cache;
+use soilsig::support::monitor::Unwatched;
 
 use crate::support::real_blenders;
 
@@ -11,7 +12,8 @@ fn swept(name: &str, blender: Option<&std::path::Path>) -> Row {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let cache = Cache::new(folder.path().to_owned());
     let without_blender = blender.is_none();
-    let setting = Setting { quick: true, cache: &cache, blender, without_blender };
+    let setting =
+        Setting { quick: true, cache: &cache, blender, without_blender, monitor: &Unwatched };
     stress::row(name, &setting).expect("it is swept")
 }
 

@@ -5,10 +5,9 @@ use std::path::Path;
 
 use soilsig::histogram::{Histogram, Mean};
 use soilsig::scene::Scene;
-use soilsig::spectrum::Spectrum;
 use soilsig::support::random::{Purpose, Sampler};
-use soilsig::table::materials;
-use soilsig::tracer::rules::Course;
+use soilsig::table::Prepared;
+use soilsig::tracer::rules::TracingRules;
 use soilsig::tracer::trace;
 
 const SEEDS: u64 = 80;
@@ -28,16 +27,14 @@ fn variances(means: &[Mean]) -> (f64, f64) {
 fn what_two_nets_differ_by_is_what_seeds_differ_by() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
     let scene = Scene::read(&path).expect("a shipped scene");
-    let tracer = trace::tracer(&scene, &path).expect("its meshes");
-    let materials = materials::materials(&scene, &path).expect("shipped spectra");
-    let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
+    let tracer = trace::tracer(&scene).expect("its meshes");
+    let prepared = Prepared::new(scene, &[9.0, 11.0]).expect("shipped spectra");
     let of = |sampler: Sampler| {
-        let course = Course { sampler, ..Course::new(&scene, &spectra) };
-        let bands =
-            materials::reflectances(&spectra, course.kept, &[9.0, 11.0]).expect("within range");
-        let course = course.ending_below(0.001, &bands);
+        let bands = &prepared.reflectances;
+        let rules =
+            TracingRules { sampler, ..TracingRules::new(&prepared) }.ending_below(0.001, bands);
         let run = |seed: u64| {
-            let traced = tracer.trace(&course, seed, Purpose::Result, 0..PATHS, &|_| ());
+            let traced = tracer.trace(&rules, seed, Purpose::Result, 0..PATHS, &|_| Ok(()));
             Histogram::of(&traced.expect("traced"))
         };
         let seeds: Vec<Histogram> = (1..=SEEDS).map(run).collect();

@@ -4,17 +4,19 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use super::Look;
 use super::camera::{Camera, level};
 use super::canvas::{Canvas, Ground, TEXT, scale_bar};
 use super::grain::legend;
 use super::patch::PAPER;
 use super::render::{Rendered, Style, render};
 use super::stage::Stage;
-use super::{Look, Source};
 use crate::draw::plot::svg::{Anchor, shortened};
 use crate::geometry::Bed;
+use crate::geometry::ingest;
 use crate::scene::Scene;
 use crate::support::error::Error;
+use crate::support::monitor::Monitor;
 use crate::support::output;
 
 /// A view from the side still shows something of the top.
@@ -27,12 +29,17 @@ const FOOT: usize = 72;
 const GAP: usize = 8;
 
 /// Draws as much of the middle of each of several beds as the narrowest holds, at one scale.
-pub fn coverages(sources: &[Source], look: Look, path: &Path) -> Result<(), Error> {
-    let beds = sources.iter().map(Source::bed).collect::<Result<Vec<_>, _>>()?;
+pub fn coverages(
+    scenes: &[Scene],
+    look: Look,
+    path: &Path,
+    monitor: &dyn Monitor,
+) -> Result<(), Error> {
+    let beds = scenes.iter().map(ingest::load).collect::<Result<Vec<_>, _>>()?;
     let side = |bed: &Bed| (bed.domain.max_um - bed.domain.min_um).truncate().min_element();
     let side_um = beds.iter().map(side).fold(f64::INFINITY, f64::min);
     let width = ((look.width_px + GAP) / beds.len()).saturating_sub(GAP).max(1);
-    let style = Style { rays: 3, sky: 31, zenith: DVec3::Z, background: PAPER };
+    let style = Style { rays: 3, sky: 31, zenith: DVec3::Z, background: PAPER, monitor };
     let mut panels: Vec<Rendered> = Vec::new();
     for bed in &beds {
         let stage = Stage::new(&bed.meshes, &bed.placements, bed.domain.floor);
@@ -48,16 +55,16 @@ pub fn coverages(sources: &[Source], look: Look, path: &Path) -> Result<(), Erro
     }
     canvas.annotate(|svg| {
         let line = height as f64 + 20.0;
-        for (i, (panel, source)) in panels.iter().zip(sources).enumerate() {
+        for (i, (panel, scene)) in panels.iter().zip(scenes).enumerate() {
             let x = left(i) as f64 + 2.0;
-            let name = shortened(&source.scene.name, TEXT, width as f64);
+            let name = shortened(&scene.name, TEXT, width as f64);
             svg.text((x, line), Anchor::Start, TEXT, &name);
-            let seen = shortened(&seen(&source.scene, &panel.shares), SMALL, width as f64);
+            let seen = shortened(&seen(scene, &panel.shares), SMALL, width as f64);
             svg.styled_text((x, line + 18.0), Anchor::Start, SMALL, &seen, "fill='#555555'");
         }
         let corner = (10.0, height as f64 - 10.0);
         scale_bar(svg, corner, width as f64 * pixel_um, pixel_um, Ground::Picture);
-        legend(svg, (total as f64 - 4.0, line + 42.0), &sources[0].scene, &panels[0].shares);
+        legend(svg, (total as f64 - 4.0, line + 42.0), &scenes[0], &panels[0].shares);
     })?;
     Ok(output::bytes(path, &canvas.png(pixel_um))?)
 }

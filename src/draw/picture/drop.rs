@@ -12,25 +12,32 @@ use super::grain::{FOOT, legend};
 use super::patch::PAPER;
 use super::render::{Rendered, Style, render};
 use super::stage::Stage;
-use super::{Look, Source, tray};
+use super::{Look, tray};
 use crate::draw::plot::svg::Anchor;
 use crate::geometry::{Bed, ingest};
 use crate::scene::{Instance, Placed, Scene, SceneGeometry};
 use crate::support::error::Error;
+use crate::support::monitor::Monitor;
 use crate::support::output;
 
 /// Between panels, pixels.
 const GAP: usize = 8;
 
 /// Draws a strip of so many moments of the drop of a scene, by the record beside its file.
-pub fn drop(source: &Source, panels: usize, look: Look, path: &Path) -> Result<(), Error> {
-    let placed = source.scene.placed(&source.path)?;
+pub fn drop(
+    scene: &Scene,
+    panels: usize,
+    look: Look,
+    path: &Path,
+    monitor: &dyn Monitor,
+) -> Result<(), Error> {
+    let placed = scene.placed()?;
     let known: Vec<&str> = placed.prototypes.iter().map(|p| p.name.as_str()).collect();
-    let record = Frames::read(&source.path.with_file_name("frames.json"), &known)?;
+    let record = Frames::read(&scene.file.with_file_name("frames.json"), &known)?;
     let frames = record.chosen(panels);
     let beds: Vec<Bed> = frames
         .par_iter()
-        .map(|frame| bed(source, placed, &record, frame))
+        .map(|frame| bed(scene, placed, &record, frame))
         .collect::<Result<_, _>>()?;
     let rest = Bed::bounds_um(&beds[panels - 1].meshes, &beds[panels - 1].placements).1;
     let start = Bed::bounds_um(&beds[0].meshes, &beds[0].placements).1;
@@ -47,10 +54,10 @@ pub fn drop(source: &Source, panels: usize, look: Look, path: &Path) -> Result<(
     let to_eye = look.to_eye();
     let camera = Camera::around(corners(start.z.max(rest.z)), to_eye);
     let width = ((look.width_px + GAP) / panels).saturating_sub(GAP).max(1);
-    let style = Style { rays: 3, sky: 31, zenith: DVec3::Z, background: PAPER };
+    let style = Style { rays: 3, sky: 31, zenith: DVec3::Z, background: PAPER, monitor };
     let walls = [DVec3::ZERO, DVec3::new(x, y, 1.1 * rest.z)];
     let floor = placed.domain.as_ref().and_then(|domain| domain.floor.as_ref());
-    let floor = floor.and_then(|floor| source.scene.material_index(&floor.material));
+    let floor = floor.and_then(|floor| scene.material_index(&floor.material));
     let mut strip: Vec<Rendered> = Vec::new();
     for mut bed in beds {
         if let Some(material) = floor {
@@ -75,7 +82,7 @@ pub fn drop(source: &Source, panels: usize, look: Look, path: &Path) -> Result<(
         let bottom = line + 2.0 * FOOT as f64 - 8.0;
         let width_um = width as f64 * pixel_um;
         scale_bar(svg, (8.0, bottom), width_um, pixel_um, Ground::Paper);
-        legend(svg, (total - 8.0, bottom - 4.0), &source.scene, &strip[0].shares);
+        legend(svg, (total - 8.0, bottom - 4.0), scene, &strip[0].shares);
     })?;
     Ok(output::bytes(path, &canvas.png(pixel_um))?)
 }
@@ -85,13 +92,13 @@ fn time(seconds: f64) -> String {
 }
 
 /// The grains at one moment.
-fn bed(source: &Source, placed: &Placed, record: &Frames, frame: &Frame) -> Result<Bed, Error> {
+fn bed(scene: &Scene, placed: &Placed, record: &Frames, frame: &Frame) -> Result<Bed, Error> {
     let instances = record
         .prototypes
         .iter()
         .zip(&frame.transforms)
         .map(|(name, &transform)| Instance { prototype: name.clone(), transform });
     let moment = Placed { instances: Some(instances.collect()), domain: None, ..placed.clone() };
-    let scene = Scene { geometry: SceneGeometry::Placed(moment), ..source.scene.clone() };
-    Ok(ingest::load(&scene, &source.path)?)
+    let scene = Scene { geometry: SceneGeometry::Placed(moment), ..scene.clone() };
+    Ok(ingest::load(&scene)?)
 }

@@ -8,10 +8,12 @@ use super::canvas::{Canvas, Ground, TEXT, scale_bar};
 use super::patch::{PAPER, framed};
 use super::render::{Style, colour, render};
 use super::stage::Stage;
-use super::{Look, PictureError, Source};
+use super::{Look, PictureError};
 use crate::draw::plot::svg::{Anchor, Svg, text_width};
+use crate::geometry::ingest;
 use crate::scene::{Placed, Scene, SceneGeometry};
 use crate::support::error::Error;
+use crate::support::monitor::Monitor;
 use crate::support::output;
 
 /// Height of the line below a picture, pixels.
@@ -19,29 +21,30 @@ pub(super) const FOOT: usize = 36;
 
 /// Draws a prototype of a placed scene, the first one if none is named.
 pub fn grain(
-    source: &Source,
+    scene: &Scene,
     prototype: Option<&str>,
     look: Look,
     path: &Path,
+    monitor: &dyn Monitor,
 ) -> Result<(), Error> {
-    let placed = source.scene.placed(&source.path)?;
+    let placed = scene.placed()?;
     let names = || placed.prototypes.iter().map(|prototype| prototype.name.as_str());
     let chosen = match prototype {
         None => placed.prototypes.first(),
         Some(name) => placed.prototypes.iter().find(|prototype| prototype.name == name),
     };
     let chosen = chosen.ok_or_else(|| PictureError::NoPrototype {
-        scene: source.path.clone(),
+        scene: scene.file.clone(),
         wanted: prototype.unwrap_or_default().to_owned(),
         known: names().collect::<Vec<_>>().join(", "),
     })?;
-    let alone = Placed { prototypes: vec![chosen.clone()], instances: None, domain: None };
-    let scene = Scene { geometry: SceneGeometry::Placed(alone), ..source.scene.clone() };
-    let bed = Source { scene, path: source.path.clone() }.bed()?;
+    let placed = Placed { prototypes: vec![chosen.clone()], instances: None, domain: None };
+    let alone = Scene { geometry: SceneGeometry::Placed(placed), ..scene.clone() };
+    let bed = ingest::load(&alone)?;
     let to_eye = look.to_eye();
     // A lamp on all sides that the eye can see.
     let zenith = (DVec3::Z + to_eye).try_normalize().unwrap_or(to_eye);
-    let style = Style { rays: 3, sky: 63, zenith, background: PAPER };
+    let style = Style { rays: 3, sky: 63, zenith, background: PAPER, monitor };
     let stage = Stage::new(&bed.meshes, &bed.placements, None);
     let rendered = render(&stage, &framed(&bed, to_eye), look.width_px, &style)?;
     let picture = rendered.canvas;
@@ -53,7 +56,7 @@ pub fn grain(
         scale_bar(svg, (12.0, height - 4.0), width_um, rendered.pixel_um, Ground::Paper);
         let line = height + 24.0;
         svg.text((12.0, line), Anchor::Start, TEXT, &chosen.name);
-        legend(svg, (width - 12.0, line), &source.scene, &rendered.shares);
+        legend(svg, (width - 12.0, line), scene, &rendered.shares);
     })?;
     Ok(output::bytes(path, &canvas.png(rendered.pixel_um))?)
 }

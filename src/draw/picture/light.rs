@@ -9,8 +9,7 @@ use rayon::prelude::*;
 use super::camera::Camera;
 use super::stage::{Piece, Stage};
 use super::visible::{Body, Scratch, Window};
-use crate::support::error::Error;
-use crate::support::interrupt::{self, Interrupted};
+use crate::support::monitor::{Interrupted, Monitor};
 
 /// Shares of the light on a level surface in the open.
 const SUN: f64 = 0.52;
@@ -57,7 +56,13 @@ impl Lights {
     }
 
     /// Light on each piece, 1 on a level surface in the open. `pixel_um` is the detail that shadows have.
-    pub fn on(&self, pieces: &[Piece], stage: &Stage, pixel_um: f64) -> Result<Vec<f32>, Error> {
+    pub fn on(
+        &self,
+        pieces: &[Piece],
+        stage: &Stage,
+        pixel_um: f64,
+        monitor: &dyn Monitor,
+    ) -> Result<Vec<f32>, Interrupted> {
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for piece in pieces {
             (min, max) = (min.min(piece.point), max.max(piece.point));
@@ -72,9 +77,7 @@ impl Lights {
             let maps: Vec<Map> = lights
                 .par_iter()
                 .map(|light| {
-                    if interrupt::requested() {
-                        return Err(Interrupted);
-                    }
+                    monitor.check()?;
                     let camera = Camera::around((0..8).map(corners), light.towards);
                     Ok(Map::new(light, camera, &bodies, light.detail * pixel_um))
                 })

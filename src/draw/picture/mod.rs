@@ -35,7 +35,7 @@ pub use error::PictureError;
 pub use frames::MOST_PANELS;
 pub use grain::grain;
 pub use patch::{patch, sensor_view};
-pub use source::Source;
+pub use source::placed_scene;
 
 /// What a picture shows, and how large.
 #[derive(Debug, Clone, Copy, PartialEq)]

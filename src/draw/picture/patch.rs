@@ -8,9 +8,12 @@ use super::camera::Camera;
 use super::canvas::{Ground, scale_bar};
 use super::render::{Rendered, Style, render};
 use super::stage::Stage;
-use super::{Look, Source, tray};
+use super::{Look, tray};
 use crate::geometry::Bed;
+use crate::geometry::ingest;
+use crate::scene::Scene;
 use crate::support::error::Error;
+use crate::support::monitor::Monitor;
 use crate::support::output;
 use crate::tracer::footprint::Footprint;
 
@@ -22,20 +25,21 @@ const SPACE: [f32; 3] = [0.12, 0.15, 0.20];
 pub(super) const PAPER: [f32; 3] = [1.0; 3];
 
 /// Draws what the sensor sees, each facet in its material's colour, as PNG with a scale bar.
-pub fn sensor_view(bed: &Bed, path: &Path) -> Result<(), Error> {
-    let style = Style { rays: 2, sky: 5, zenith: DVec3::Z, background: SPACE };
+pub fn sensor_view(bed: &Bed, path: &Path, monitor: &dyn Monitor) -> Result<(), Error> {
+    let style = Style { rays: 2, sky: 5, zenith: DVec3::Z, background: SPACE, monitor };
     write(rendered(bed, WIDTH, &style)?, path)
 }
 
 /// Draws a bed as the sensor sees it or, if a look is given, all of it from there.
 pub fn patch(
-    source: &Source,
+    scene: &Scene,
     look: Option<Look>,
     width_px: usize,
     path: &Path,
+    monitor: &dyn Monitor,
 ) -> Result<(), Error> {
-    let mut bed = source.bed()?;
-    let mut style = Style { rays: 3, sky: 31, zenith: DVec3::Z, background: SPACE };
+    let mut bed = ingest::load(scene)?;
+    let mut style = Style { rays: 3, sky: 31, zenith: DVec3::Z, background: SPACE, monitor };
     let Some(look) = look else { return write(rendered(&bed, width_px, &style)?, path) };
     let to_eye = look.to_eye();
     style.background = PAPER;

@@ -7,6 +7,7 @@ use super::canvas::{Canvas, linear};
 use super::light::Lights;
 use super::stage::Stage;
 use crate::support::error::Error;
+use crate::support::monitor::Monitor;
 
 /// Colours of the materials in their order, and again from the first: pale dust, amber grain, grey
 /// floor first, since shipped scenes have them so. Levels of sRGB.
@@ -20,7 +21,7 @@ const COLOURS: [[f32; 3]; 6] = [
 ];
 
 /// How a picture is drawn.
-pub(super) struct Style {
+pub(super) struct Style<'a> {
     /// Rays along each side of a pixel.
     pub rays: usize,
     /// Directions from which the sky shines.
@@ -29,6 +30,8 @@ pub(super) struct Style {
     pub zenith: DVec3,
     /// Where nothing is; levels of sRGB, 0 to 1.
     pub background: [f32; 3],
+    /// Whoever may stop it.
+    pub monitor: &'a dyn Monitor,
 }
 
 /// Pixels, and what they show.
@@ -57,9 +60,9 @@ pub(super) fn render(
     let [width_um, height_um] = camera.size_um();
     let pixel_um = width_um.max(height_um / HIGHEST) / width as f64;
     let [width, height] = [width_um, height_um].map(|um| ((um / pixel_um).round() as usize).max(1));
-    let pieces = stage.look(camera, [width, height], style.rays)?;
+    let pieces = stage.look(camera, [width, height], style.rays, style.monitor)?;
     let lights = Lights::new(camera, style.zenith, style.sky);
-    let light = lights.on(&pieces, stage, pixel_um)?;
+    let light = lights.on(&pieces, stage, pixel_um, style.monitor)?;
     let background = style.background.map(linear);
     let mut pixels = vec![background; width * height];
     let mut shares: Vec<f64> = Vec::new();

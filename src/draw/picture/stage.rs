@@ -9,8 +9,7 @@ use super::camera::Camera;
 use super::visible::{Body, Scratch, Shape, Window};
 use crate::geometry::{Bed, Mesh, Placement};
 use crate::scene::Sides;
-use crate::support::error::Error;
-use crate::support::interrupt::{self, Interrupted};
+use crate::support::monitor::{Interrupted, Monitor};
 
 /// Rows of a picture that are drawn at a go. A body that reaches into several bands is gone through for each.
 const BAND: usize = 160;
@@ -107,14 +106,13 @@ impl<'a> Stage<'a> {
         camera: &Camera,
         [width, height]: [usize; 2],
         sub: usize,
-    ) -> Result<Vec<Piece>, Error> {
+        monitor: &dyn Monitor,
+    ) -> Result<Vec<Piece>, Interrupted> {
         let to_rays = camera.to_pixels(width * sub, height * sub);
         let bands: Vec<Vec<Piece>> = (0..height.div_ceil(BAND))
             .into_par_iter()
             .map(|band| {
-                if interrupt::requested() {
-                    return Err(Interrupted);
-                }
+                monitor.check()?;
                 let rows = band * BAND..((band + 1) * BAND).min(height);
                 let window = Window { width: width * sub, rows: rows.start * sub..rows.end * sub };
                 let seen = self.seen(&to_rays, &window);
@@ -264,9 +262,11 @@ fn body<'a>(shapes: &[Arc<Shape<'a>>], placement: &Placement) -> Body<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::draw::picture::Source;
     use crate::geometry;
+    use crate::geometry::ingest;
+    use crate::scene::Scene;
     use crate::scene::View;
+    use crate::support::monitor::Unwatched;
     use crate::tracer::Tracer;
     use crate::tracer::footprint::Footprint;
 
@@ -274,13 +274,13 @@ mod tests {
     #[test]
     fn the_sensors_view_is_what_the_tracer_sees_from_above_and_through_the_mirrors() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/settled_patch.json");
-        let source = Source::read(path.as_ref()).unwrap();
+        let scene = Scene::read(path.as_ref()).unwrap();
         for (zenith_deg, azimuth_deg) in [(0.0, 0.0), (35.0, 200.0), (70.0, 60.0)] {
-            let mut bed = source.bed().unwrap();
+            let mut bed = ingest::load(&scene).unwrap();
             bed.to_sensor = geometry::to_sensor(View { zenith_deg, azimuth_deg });
             let Footprint { corner, right, up } = Footprint::new(&bed.domain, bed.to_sensor);
             let camera = Camera { corner, right, up, to_eye: bed.to_sensor };
-            let pieces = Stage::of_sensor(&bed).look(&camera, [200, 200], 1).unwrap();
+            let pieces = Stage::of_sensor(&bed).look(&camera, [200, 200], 1, &Unwatched).unwrap();
             let mut seen = vec![None; 200 * 200];
             for piece in pieces {
                 let cosine = piece.normal.as_dvec3().dot(camera.to_eye);

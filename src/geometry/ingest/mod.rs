@@ -157,16 +157,15 @@ impl Materials<'_> {
 /// A mesh of a file with the place that the file gives it.
 pub(crate) type Part = (Mesh, DAffine3);
 
-/// Reads all meshes of a placed scene; `path` is the scene file, whose folder the mesh files are
-/// relative to.
-pub fn load(scene: &Scene, path: &Path) -> Result<Bed, IngestError> {
-    let placed = scene.placed(path)?;
-    let folder = path.parent().unwrap_or(Path::new(""));
+/// Reads all meshes of a placed scene.
+pub fn load(scene: &Scene) -> Result<Bed, IngestError> {
+    let placed = scene.placed()?;
+    let path = &scene.file;
     let mut obj_files = HashMap::new();
     let mut meshes = Vec::new();
     let mut parts: BTreeMap<&str, Vec<Placement>> = BTreeMap::new();
     for prototype in &placed.prototypes {
-        let read = read_prototype(scene, prototype, folder, &mut obj_files)?;
+        let read = read_prototype(scene, prototype, &mut obj_files)?;
         let placements = parts.entry(&prototype.name).or_default();
         for (mesh, places) in read {
             placements.extend(
@@ -215,11 +214,10 @@ pub fn load(scene: &Scene, path: &Path) -> Result<Bed, IngestError> {
 }
 
 /// All mesh files of a placed scene, those that glTF files refer to as well.
-pub fn files(scene: &Scene, path: &Path) -> Result<Vec<PathBuf>, IngestError> {
-    let folder = path.parent().unwrap_or(Path::new(""));
+pub fn files(scene: &Scene) -> Result<Vec<PathBuf>, IngestError> {
     let mut files = Vec::new();
-    for prototype in &scene.placed(path)?.prototypes {
-        let file = folder.join(&prototype.file);
+    for prototype in &scene.placed()?.prototypes {
+        let file = scene.path_of(&prototype.file);
         if Format::of(&file)? == Format::Gltf {
             files.extend(gltf::buffer_files(&file)?);
         }
@@ -256,10 +254,9 @@ type ObjFiles = HashMap<PathBuf, obj::ObjFile>;
 fn read_prototype(
     scene: &Scene,
     prototype: &Prototype,
-    folder: &Path,
     obj_files: &mut ObjFiles,
 ) -> Result<Vec<(Mesh, Vec<DAffine3>)>, IngestError> {
-    let path = folder.join(&prototype.file);
+    let path = scene.path_of(&prototype.file);
     let materials = Materials { scene, instead: prototype.material.as_deref() };
     let is_gltf = Format::of(&path)? == Format::Gltf;
     let unit_um = prototype.unit_um.unwrap_or(if is_gltf { 1e6 } else { 1.0 });

@@ -9,7 +9,8 @@ use std::path::Path;
 use crate::geometry::{Bed, Mesh, ingest};
 use crate::scene::{Scene, Sides};
 use crate::support::error::Error;
-use crate::table::{TableMaterial, materials};
+use crate::table::TableMaterial;
+use crate::table::resolved;
 
 pub use odb::{DirsigError, import};
 
@@ -39,13 +40,13 @@ struct Exported<'a> {
 /// A mesh or a spectrum that cannot be used, a folder that cannot be written.
 pub fn export(
     scene: &Scene,
-    path: &Path,
     to: To,
     wavelengths_um: &[f64],
     out: &Path,
 ) -> Result<Vec<String>, Error> {
-    let bed = ingest::load(scene, path)?;
-    let exported = Exported { scene, bed, materials: materials::materials(scene, path)? };
+    let bed = ingest::load(scene)?;
+    let materials = resolved(scene)?;
+    let exported = Exported { scene, bed, materials };
     match to {
         To::Dirsig => dirsig::write(&exported, wavelengths_um, out)?,
         To::Mitsuba => mitsuba::write(&exported, wavelengths_um, out)?,

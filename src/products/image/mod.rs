@@ -19,16 +19,16 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use crate::products::cube::ImageHeader;
-use crate::radiometry::{air, brightness_temperature_k, planck, planck_derivative};
+use crate::radiometry::{brightness_temperature_k, planck, planck_derivative};
 use crate::scene::{Grid, Noise, Scene};
-use crate::spectrum::Spectrum;
 use crate::support::error::Error;
-use crate::support::interrupt::{self, Interrupted};
+use crate::support::monitor::Monitor;
 use crate::support::output;
 use crate::support::random::{Purpose, STRETCH, Source};
 use crate::support::statistics::T_95;
-use crate::table::{Stop, Target, materials};
-use crate::tracer::rules::Course;
+use crate::table::Prepared;
+use crate::table::{Stop, Target};
+use crate::tracer::rules::TracingRules;
 use crate::tracer::{Tracer, trace};
 use bands::Bands;
 use camera::Camera;
@@ -120,50 +120,43 @@ impl Detectors {
 }
 
 /// Traces the image of a placed scene and writes it into a folder: ENVI images of radiance, its standard errors, emissivity
-/// and maps, all of them as NetCDF, and pictures. `progress` is told how many pixels are done.
+/// and maps, all of them as NetCDF, and pictures.
 ///
 /// # Errors
 /// A spectrum, sky or atmosphere that does not hold the bands; a folder that cannot be written.
 pub fn make(
     tracer: &Tracer,
     scene: &Scene,
-    path: &Path,
     grid: &Grid,
     asked: &Asked,
     out: &Path,
-    progress: &(dyn Fn(u64, u64) + Sync),
+    monitor: &dyn Monitor,
 ) -> Result<Made, Error> {
     let sensor = scene.sensor.as_ref();
-    let bands = Bands::new(sensor, path.parent().unwrap_or(Path::new("")), grid)?;
+    let bands = Bands::new(sensor, scene.folder(), grid)?;
     let camera = Camera::new(tracer.bed(), sensor)?;
-    let materials = materials::materials(scene, path)?;
-    let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
-    let course = Course::new(scene, &spectra);
-    let reflectances = materials::bands(&materials, course.kept, &bands.nodes_um, path)?;
+    let prepared = Prepared::new(scene.clone(), &bands.nodes_um)?;
     let target = Target::of(T_95 * asked.noise);
-    let course = course.ending_below(target.least_weight, &reflectances);
-    let air = air::air(scene, path, &bands.nodes_um)?;
-    let stop = Stop::new(&target, grid.clone());
-    let table = trace::untraced(tracer, scene, path, &course, materials, air, stop)?;
+    let rules =
+        TracingRules::new(&prepared).ending_below(target.least_weight, &prepared.reflectances);
+    let table = trace::untraced(tracer, &prepared, Stop::new(&target, grid.clone()))?;
     let lit = table.lit(&bands.nodes_um)?;
     let (pilot_bands, pilot_lit) = pixel::checked(&lit);
-    let pilot = Evaluator::new(course.kept, pilot_lit, &pilot_bands);
-    let evaluator = Evaluator::new(course.kept, lit, &bands);
+    let pilot = Evaluator::new(rules.kept, pilot_lit, &pilot_bands);
+    let evaluator = Evaluator::new(rules.kept, lit, &bands);
     let detectors =
         sensor.and_then(|s| s.noise).map(|n| Detectors::new(n, scene.temperature_k, &bands));
     let [columns, lines] = camera.pixels;
     let pixels = Pixels {
         tracer,
-        course: &course,
+        rules: &rules,
         camera: &camera,
         seed: scene.seed,
         noise: asked.noise,
         max_paths: asked.max_paths,
     };
     let one = |number: usize| -> Result<Pixel, Error> {
-        if interrupt::requested() {
-            return Err(Interrupted.into());
-        }
+        monitor.check()?;
         let (sample, line) = (number % columns, number / columns);
         let traced = pixels.trace(&pilot, [sample, line]);
         Ok(seen(&traced, &evaluator, bands.centres_um.len(), |l, errors| {
@@ -206,7 +199,8 @@ pub fn make(
             made.count(pixel, asked);
             shown.keep(pixel);
         }
-        progress(((first_line + place[1]) * columns) as u64, (lines * columns) as u64);
+        let (done, all) = ((first_line + place[1]) * columns, lines * columns);
+        monitor.at(done as u64, all as u64, "pixels");
     }
     let all = (lines * columns) as f64;
     let met = all - made.empty;

@@ -9,7 +9,7 @@ use crate::radiometry::Lit;
 use crate::support::random::{GROUPS, Points, Purpose, STRETCH, Sampler, group_of};
 use crate::support::statistics::T_95;
 use crate::tracer::Tracer;
-use crate::tracer::rules::Course;
+use crate::tracer::rules::TracingRules;
 
 /// Cells along each side of a pixel.
 const CELLS: u16 = 4;
@@ -23,7 +23,7 @@ const CHECKED: usize = 32;
 /// Traces pixels.
 pub(super) struct Pixels<'a> {
     pub tracer: &'a Tracer,
-    pub course: &'a Course,
+    pub rules: &'a TracingRules,
     pub camera: &'a Camera,
     pub seed: u64,
     /// Standard error in emissivity that every band of a pixel is to reach.
@@ -60,12 +60,12 @@ impl Pixels<'_> {
     fn paths(&self, purpose: Purpose, [sample, line]: [usize; 2], paths: u64) -> Traced {
         let number = (line * self.camera.pixels[0] + sample) as u64;
         let (first, end) = (number * STRETCH, number * STRETCH + paths);
-        let mut tally = Tally::new(self.tracer.bed().materials, self.course.kept);
+        let mut tally = Tally::new(self.tracer.bed().materials, self.rules.kept);
         for (net, mut point) in Points::new(self.seed, purpose, Sampler::Even).of(first, end) {
             let place = point.pair();
             tally.begin(group_of(net, place, CELLS), None);
             let ray = self.camera.ray([sample, line], place);
-            self.tracer.path_of_camera(self.course, ray, &mut point, &mut tally);
+            self.tracer.path_of_camera(self.rules, ray, &mut point, &mut tally);
         }
         let histogram = Histogram::of(&tally);
         Traced { histogram, first_hits: tally.first_hits, hits: tally.hits, paths }

@@ -9,7 +9,7 @@ use super::{Known, is_outside};
 use crate::products::cube::{Cube, ImageHeader};
 use crate::radiometry::{Measured, Retrieved, Temperature, masked_in_words, masked_um};
 use crate::support::error::Error;
-use crate::support::interrupt::{self, Interrupted};
+use crate::support::monitor::Monitor;
 use crate::support::output;
 
 /// What was retrieved from an image. Numbers that are not known are not numbers.
@@ -44,7 +44,12 @@ struct Pixel {
 }
 
 /// Retrieves from a cube of radiance. Bands and pixels without a number have none in the result.
-pub fn image(cube: &Cube, error: &ImageError, known: &Known) -> Result<Image, Error> {
+pub fn image(
+    cube: &Cube,
+    error: &ImageError,
+    known: &Known,
+    monitor: &dyn Monitor,
+) -> Result<Image, Error> {
     let mut order: Vec<usize> = (0..cube.wavelengths_um.len()).collect();
     order.sort_by(|&a, &b| cube.wavelengths_um[a].total_cmp(&cube.wavelengths_um[b]));
     let um: Vec<f64> = order.iter().map(|&band| cube.wavelengths_um[band]).collect();
@@ -52,9 +57,7 @@ pub fn image(cube: &Cube, error: &ImageError, known: &Known) -> Result<Image, Er
     let pixels: Vec<Pixel> = (0..cube.lines * cube.samples)
         .into_par_iter()
         .map(|at| {
-            if interrupt::requested() {
-                return Err(Interrupted.into());
-            }
+            monitor.check()?;
             let (line, sample) = (at / cube.samples, at % cube.samples);
             let l_error = match error {
                 ImageError::One(error) => vec![*error as f32; um.len()],

@@ -13,10 +13,10 @@ use crate::scene::{Collision, Fines, Grid, Packing, Scene, SceneGeometry};
 use crate::signature;
 use crate::support::cache::Cache;
 use crate::support::error::Error;
-use crate::support::progress::Step;
+use crate::support::monitor::{Monitor, Silently, Step};
 use crate::support::random;
-use crate::table::{Table, Target, materials};
-use crate::tracer::trace;
+use crate::table::{Prepared, Table, Target};
+use crate::tracer::trace::{self, Request};
 
 /// Half-width to which the rays of each bed are traced: little against what beds differ by.
 const RAYS: f64 = 0.004;
@@ -36,6 +36,8 @@ pub struct Maker<'a> {
     pub grid: &'a Grid,
     /// Longest that a Blender may take for a bed.
     pub time_limit: Duration,
+    /// Whoever watches and may stop it.
+    pub monitor: &'a dyn Monitor,
 }
 
 /// Beds of one recipe.
@@ -48,22 +50,22 @@ struct Pool {
 /// A level: its name, its beds, and what it changes in the recipe.
 type Level = (&'static str, usize, fn(&mut Packing));
 
-/// Measures the settings of a packing; `told` hears what is measured next.
+/// Measures the settings of a packing.
 ///
 /// Nothing comes from a cache, since it is timed.
 pub fn packings(
     scene: &Scene,
     packing: &Packing,
-    path: &Path,
     maker: &Maker,
     quick: bool,
-    told: &dyn Fn(&str),
 ) -> Result<Trade, Error> {
+    let told = |what: &str| maker.monitor.say(&format!("measuring: {what}"));
+    let prepared = Prepared::new(scene.clone(), &maker.grid.wavelengths_um())?;
     let fewest = REPEATS;
     let many = |most: usize| if quick { fewest } else { fewest * most };
     told("reference");
     let contact = |packing: &mut Packing| packing.drop.collision = Collision::HullThenFines;
-    let truth = maker.pool(scene, packing, path, REFERENCE, REFERENCE_SEED, &contact)?;
+    let truth = maker.pool(&prepared, packing, REFERENCE, REFERENCE_SEED, &contact)?;
     let bands = truth.tables[0].reflectances(&maker.grid.wavelengths_um())?;
     let estimates: Vec<_> =
         bands.iter().map(|rho| signature::emissivity(&truth.tables, rho)).collect();
@@ -99,7 +101,7 @@ pub fn packings(
         }
     };
     told("as given");
-    let shipped = maker.pool(scene, packing, path, many(MOST), packing.seed, &|_| ())?;
+    let shipped = maker.pool(&prepared, packing, many(MOST), packing.seed, &|_| ())?;
     put("as given", &shipped, &bands);
     let share = silhouette(&shipped.tables[0]);
     let levels: [Level; 12] = [
@@ -124,7 +126,7 @@ pub fn packings(
     ];
     for (level, beds, edit) in levels {
         told(level);
-        match maker.pool(scene, packing, path, beds, packing.seed, &edit) {
+        match maker.pool(&prepared, packing, beds, packing.seed, &edit) {
             Ok(made) => put(level, &made, &bands),
             Err(error) if error.is_interruption() => return Err(error),
             // What cannot be dropped has no place in the chart.
@@ -136,7 +138,7 @@ pub fn packings(
     let bare = |packing: &mut Packing| {
         packing.grains.iter_mut().for_each(|class| class.fines = Fines::Count(0));
     };
-    let bare = maker.pool(scene, packing, path, many(MOST_OF_LEVEL), packing.seed, &bare)?;
+    let bare = maker.pool(&prepared, packing, many(MOST_OF_LEVEL), packing.seed, &bare)?;
     let grains: Vec<usize> =
         packing.grains.iter().filter_map(|class| scene.material_index(&class.material)).collect();
     let cosines = usize::from(truth.tables[0].histogram.kept.cosines);
@@ -191,9 +193,8 @@ impl Maker<'_> {
     /// Drops and traces beds of an edited recipe.
     fn pool(
         &self,
-        scene: &Scene,
+        prepared: &Prepared,
         packing: &Packing,
-        path: &Path,
         beds: usize,
         seed: u64,
         edit: &dyn Fn(&mut Packing),
@@ -201,8 +202,8 @@ impl Maker<'_> {
         let mut packing = packing.clone();
         edit(&mut packing);
         let geometry = SceneGeometry::Packing(packing.clone());
-        let scene = Scene { geometry, ..scene.clone() };
-        let library = Library::of(&packing, path.parent().unwrap_or(Path::new("")))?;
+        let scene = Scene { geometry, ..prepared.scene.clone() };
+        let library = Library::of(&packing, scene.folder())?;
         let seeds: Vec<u64> = (0..beds).map(|i| random::seed_of(seed, i)).collect();
         let folder = tempfile::tempdir().map_err(|source| crate::support::output::OutputError {
             path: std::env::temp_dir(),
@@ -218,15 +219,13 @@ impl Maker<'_> {
             of_first: &[],
             time_limit: self.time_limit,
         };
-        let step = Step::new("drop");
+        let step = Step::new(self.monitor, "drop");
         let (tables, took) = timed(|| {
             let log = |i: usize| folder.path().join(format!("{i}.log"));
             let made = order.beds(&cache, &log, &step)?;
             made.par_iter()
                 .zip(&seeds)
-                .map(|(made, &seed)| {
-                    self.traced(&scene, &made.folder.join("scene.json"), path, seed)
-                })
+                .map(|(made, &seed)| self.traced(prepared, &made.folder.join("scene.json"), seed))
                 .collect::<Result<Vec<Table>, Error>>()
         })?;
         step.done(&format!("{beds} beds"));
@@ -234,13 +233,13 @@ impl Maker<'_> {
         Ok(Pool { tables, each })
     }
 
-    /// Traces a bed with the materials and view of the recipe's scene, whose spectra are beside `path`.
-    fn traced(&self, scene: &Scene, bed: &Path, path: &Path, seed: u64) -> Result<Table, Error> {
-        let geometry = Scene::read(bed)?.geometry;
-        let placed = Scene { seed, geometry, ..scene.clone() };
-        let tracer = trace::tracer(&placed, bed)?;
-        let materials = materials::materials(&placed, path)?;
-        trace::trace_with(&tracer, &placed, bed, materials, self.grid, Target::of(RAYS))
+    /// Traces a bed with the materials and the view of the recipe's scene.
+    fn traced(&self, prepared: &Prepared, bed: &Path, seed: u64) -> Result<Table, Error> {
+        let Scene { geometry, file, .. } = Scene::read(bed)?;
+        let placed = prepared.with(Scene { seed, geometry, file, ..prepared.scene.clone() });
+        let tracer = trace::tracer(&placed.scene)?;
+        let request = Request::new(self.grid, Target::of(RAYS));
+        trace::trace(&tracer, &placed, request, &Silently(self.monitor))
     }
 }
 

@@ -1,16 +1,15 @@
 //! The settings of placed geometry: how its rays are traced and its bands chosen.
 
-use std::path::Path;
-
 use super::{REPEATS, Reference, Run, Setting, Trade, timed};
 use crate::geometry;
 use crate::histogram::Histogram;
 use crate::scene::{Grid, Scene, Sides};
-use crate::spectrum::Spectrum;
 use crate::support::error::Error;
+use crate::support::monitor::Monitor;
 use crate::support::random::{Purpose, Sampler};
-use crate::table::{Target, materials};
-use crate::tracer::rules::Course;
+use crate::table::Prepared;
+use crate::table::Target;
+use crate::tracer::rules::TracingRules;
 use crate::tracer::{Tracer, trace};
 
 /// Paths of the reference: a hundred and more times as many as of any setting, from a seed of its own.
@@ -25,7 +24,7 @@ const TOLERANCE: f64 = 0.002;
 
 struct Patch<'a> {
     tracer: &'a Tracer,
-    course: Course,
+    rules: TracingRules,
     bands: Vec<Vec<f64>>,
     wavelengths_um: Vec<f64>,
 }
@@ -34,29 +33,28 @@ struct Patch<'a> {
 struct Level<'a> {
     name: &'static str,
     sides: Option<Sides>,
-    course: &'a dyn Fn(&mut Course),
+    rules: &'a dyn Fn(&mut TracingRules),
     paths: Vec<u64>,
 }
 
-/// Measures the settings of a placed scene; `told` hears what is measured next.
+/// Measures the settings of a placed scene.
 pub fn patch(
     scene: &Scene,
-    path: &Path,
     grid: &Grid,
     quick: bool,
-    told: &dyn Fn(&str),
+    monitor: &dyn Monitor,
 ) -> Result<Trade, Error> {
-    let tracer = trace::tracer(scene, path)?;
-    let materials = materials::materials(scene, path)?;
-    let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
+    let told = |what: &str| monitor.say(&format!("measuring: {what}"));
+    let tracer = trace::tracer(scene)?;
     let wavelengths_um = grid.wavelengths_um();
-    let course = Course::new(scene, &spectra);
-    let bands = materials::bands(&materials, course.kept, &wavelengths_um, path)?;
-    let patch = Patch { tracer: &tracer, course, bands, wavelengths_um };
+    let prepared = Prepared::new(scene.clone(), &wavelengths_um)?;
+    let rules = TracingRules::new(&prepared);
+    let bands = prepared.reflectances.to_vec();
+    let patch = Patch { tracer: &tracer, rules, bands, wavelengths_um };
     told("reference");
     let paths = if quick { QUICK_REFERENCE } else { REFERENCE };
-    let course = patch.course.clone().ending_below(TOLERANCE / 500.0, &patch.bands);
-    let exact = histogram(&tracer, &course, REFERENCE_SEED, paths)?;
+    let rules = patch.rules.clone().ending_below(TOLERANCE / 500.0, &patch.bands);
+    let exact = histogram(&tracer, &rules, REFERENCE_SEED, paths)?;
     let means: Vec<_> = patch.bands.iter().map(|band| exact.weight(band)).collect();
     let reference = Reference {
         made_of: format!("{paths} paths of another seed"),
@@ -65,11 +63,11 @@ pub fn patch(
     };
     let sweep = |from: u32, to: u32| (from..=to).map(|power| 1 << power).collect::<Vec<u64>>();
     let most = if quick { 12 } else { 14 };
-    let hits = |most_hits| move |course: &mut Course| course.most_hits = most_hits;
+    let hits = |most_hits| move |rules: &mut TracingRules| rules.most_hits = most_hits;
     let (one, two, three, five) = (hits(1), hits(2), hits(3), hits(5));
-    let whole: &dyn Fn(&mut Course) = &|_| ();
-    let independent: &dyn Fn(&mut Course) = &|course| course.sampler = Sampler::Independent;
-    let level = |name, course, paths| Level { name, sides: None, course, paths };
+    let whole: &dyn Fn(&mut TracingRules) = &|_| ();
+    let independent: &dyn Fn(&mut TracingRules) = &|rules| rules.sampler = Sampler::Independent;
+    let level = |name, rules, paths| Level { name, sides: None, rules, paths };
     let beside = |name, sides| Level { sides: Some(sides), ..level(name, whole, sweep(9, most)) };
     let mut levels = vec![
         level("as shipped", whole, sweep(8, most)),
@@ -97,11 +95,11 @@ pub fn patch(
         told(level.name);
         let within = level.sides.map(|sides| tracer.within(sides));
         let tracer = within.as_ref().unwrap_or(&tracer);
-        let mut course =
-            patch.course.clone().ending_below(Target::of(TOLERANCE).least_weight, &patch.bands);
-        (level.course)(&mut course);
+        let mut rules =
+            patch.rules.clone().ending_below(Target::of(TOLERANCE).least_weight, &patch.bands);
+        (level.rules)(&mut rules);
         for &paths in &level.paths {
-            let runs = repeated(|seed| patch.traced(tracer, &course, seed, paths))?;
+            let runs = repeated(|seed| patch.traced(tracer, &rules, seed, paths))?;
             settings.push(Setting::of(level.name, format!("{paths} paths"), &runs, &reference));
         }
     }
@@ -111,11 +109,10 @@ pub fn patch(
         settings.push(Setting::of("areal mixture", format!("{paths} paths"), &runs, &reference));
     }
     told("spectral step");
-    let course =
-        patch.course.clone().ending_below(Target::of(TOLERANCE).least_weight, &patch.bands);
+    let rules = patch.rules.clone().ending_below(Target::of(TOLERANCE).least_weight, &patch.bands);
     for stride in [2, 5, 10, 20, 50] {
         let runs = repeated(|seed| {
-            let histogram = histogram(&tracer, &course, seed, STEP_PATHS)?;
+            let histogram = histogram(&tracer, &rules, seed, STEP_PATHS)?;
             Ok(patch.interpolated(&histogram, stride))
         })?;
         let step = format!("{:.3} um, {STEP_PATHS} paths", grid.step_um() * stride as f64);
@@ -133,8 +130,13 @@ fn repeated(run: impl Fn(u64) -> Result<Vec<f64>, Error>) -> Result<Vec<Run>, Er
         .collect()
 }
 
-fn histogram(tracer: &Tracer, course: &Course, seed: u64, paths: u64) -> Result<Histogram, Error> {
-    let tally = tracer.trace(course, seed, Purpose::Result, 0..paths, &|_| ())?;
+fn histogram(
+    tracer: &Tracer,
+    rules: &TracingRules,
+    seed: u64,
+    paths: u64,
+) -> Result<Histogram, Error> {
+    let tally = tracer.trace(rules, seed, Purpose::Result, 0..paths, &|_| Ok(()))?;
     Ok(Histogram::of(&tally))
 }
 
@@ -142,20 +144,20 @@ impl Patch<'_> {
     fn traced(
         &self,
         tracer: &Tracer,
-        course: &Course,
+        rules: &TracingRules,
         seed: u64,
         paths: u64,
     ) -> Result<Vec<f64>, Error> {
-        let histogram = histogram(tracer, course, seed, paths)?;
+        let histogram = histogram(tracer, rules, seed, paths)?;
         Ok(self.bands.iter().map(|band| 1.0 - histogram.weight(band).mean).collect())
     }
 
     /// The emissivities of what is seen, by its share of the view: the linear mixing model.
     fn mixed(&self, seed: u64, paths: u64) -> Result<Vec<f64>, Error> {
-        let course = Course { most_hits: 1, ..self.course.clone() };
-        let tally = self.tracer.trace(&course, seed, Purpose::Result, 0..paths, &|_| ())?;
+        let rules = TracingRules { most_hits: 1, ..self.rules.clone() };
+        let tally = self.tracer.trace(&rules, seed, Purpose::Result, 0..paths, &|_| Ok(()))?;
         let met: u64 = tally.first_hits.iter().sum();
-        let cosines = usize::from(course.kept.cosines);
+        let cosines = usize::from(rules.kept.cosines);
         let of = |band: &Vec<f64>| {
             let shares = tally.first_hits.iter().zip(band.chunks(cosines));
             let reflected = shares.map(|(&hits, rho)| {

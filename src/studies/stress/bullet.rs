@@ -10,6 +10,7 @@ use crate::pipeline::{self, HowMany, Options, Source};
 use crate::scene::Grid;
 use crate::support::cache::Cache;
 use crate::support::error::Error;
+use crate::support::monitor::Silently;
 use crate::support::output::{self, OutputError};
 
 const ERROR: &str = "deepest overlap of grains with each other, floor and walls, or height of the lowest above the floor, \
@@ -26,7 +27,7 @@ fn drops(
     if setting.without_blender {
         return Ok((Vec::new(), Some("Blender was not to be used".into())));
     }
-    if let Err(error) = blender::find(setting.blender, setting.cache.blenders()) {
+    if let Err(error) = blender::find(setting.blender, setting.cache.blenders(), setting.monitor) {
         return Ok((Vec::new(), Some(format!("no Blender: {error}"))));
     }
     let drop = |x: f64| -> Result<Point, Error> {
@@ -60,11 +61,12 @@ fn drops(
         };
         let cache: Cache = setting.cache.other_results(folder.path().join("cache"));
         let out = folder.path().join("out");
-        let (status, said) = match pipeline::run(&options, Vec::new(), &out, &cache) {
-            Err(error) if error.is_interruption() => return Err(error),
-            Err(error) => (error.status() as u8, Some(error.to_string())),
-            Ok(_) => (0, None),
-        };
+        let (status, said) =
+            match pipeline::run(&options, Vec::new(), &out, &cache, &Silently(setting.monitor)) {
+                Err(error) if error.is_interruption() => return Err(error),
+                Err(error) => (error.status() as u8, Some(error.to_string())),
+                Ok(_) => (0, None),
+            };
         if said.is_some() {
             return Ok(Point { x, error: None, claimed: 0.015, said, status });
         }

@@ -26,6 +26,7 @@ use std::path::Path;
 
 use crate::support::cache::Cache;
 use crate::support::error::Error;
+use crate::support::monitor::Monitor;
 use crate::table::Target;
 
 pub use page::{line, write};
@@ -40,6 +41,8 @@ pub struct Setting<'a> {
     pub blender: Option<&'a Path>,
     /// Whether rows that need a Blender are left out.
     pub without_blender: bool,
+    /// Whoever may stop it.
+    pub monitor: &'a dyn Monitor,
 }
 
 impl Setting<'_> {

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 use super::scenes::{Shape, Stage, at_9_um, scene};
 use super::{Row, Setting, Swept};
 use crate::support::error::Error;
+use crate::support::monitor::Unwatched;
 use crate::table::Target;
 
 /// Emissivity of the opening of a cubic pit whose walls have .5, seen from above, as the tool gives it for the pit of a
@@ -23,7 +24,9 @@ fn pit_of_a_millimetre(setting: &Setting) -> Result<f64, Error> {
 pub(super) fn groove(depth: f64) -> Result<f64, Error> {
     let (scene, slab) = groove_scene(depth, 1000.0);
     let files = vec![("mesh.obj", slab.obj().into_bytes())];
-    let outcome = Stage { scene, files, grid: at_9_um(), target: Target::of(5e-4) }.run()?;
+    let outcome =
+        Stage { scene, files, grid: at_9_um(), target: Target::of(5e-4), monitor: &Unwatched }
+            .run()?;
     Ok(outcome.bands[0].emissivity.mean)
 }
 
@@ -106,7 +109,13 @@ pub(super) fn distance_in_file(setting: &Setting) -> Result<Row, Error> {
         scene["geometry"]["placed"]["prototypes"][0] =
             json!({"name": "mesh", "file": "mesh.gltf", "up": "z", "unit_um": 100.0 / 0.37});
         let files = pit.gltf();
-        let stage = Stage { scene, files, grid: at_9_um(), target: setting.target() };
+        let stage = Stage {
+            scene,
+            files,
+            grid: at_9_um(),
+            target: setting.target(),
+            monitor: setting.monitor,
+        };
         points.push(stage.run()?.point(far, truth, "too fine for coordinates"));
     }
     Ok(Row {

@@ -11,9 +11,12 @@ use crate::scene::{Grid, Scene};
 use crate::signature::budget::{Budget, Origin};
 use crate::signature::{Band, evaluate};
 use crate::support::error::{Error, Status};
+use crate::support::monitor::Monitor;
 use crate::support::output::{self, OutputError};
+use crate::table::Prepared;
 use crate::table::{Table, Target};
 use crate::tracer::trace;
+use crate::tracer::trace::Request;
 
 /// A mesh to be written as .obj.
 #[derive(Default)]
@@ -194,6 +197,7 @@ pub(super) struct Stage<'a> {
     pub files: Vec<(&'a str, Vec<u8>)>,
     pub grid: Grid,
     pub target: Target,
+    pub monitor: &'a dyn Monitor,
 }
 
 /// What came of it.
@@ -229,11 +233,11 @@ pub(super) fn at_9_um() -> Grid {
     Grid::new(9.0, 9.0, 1.0).expect("a grid")
 }
 
-impl Stage<'_> {
+impl<'a> Stage<'a> {
     /// A scene around one mesh, traced at 9 um.
-    pub(super) fn new(setting: &Setting, scene: Value, mesh: &Shape) -> Self {
+    pub(super) fn new(setting: &Setting<'a>, scene: Value, mesh: &Shape) -> Self {
         let files = vec![("mesh.obj", mesh.obj().into_bytes())];
-        Self { scene, files, grid: at_9_um(), target: setting.target() }
+        Self { scene, files, grid: at_9_um(), target: setting.target(), monitor: setting.monitor }
     }
 
     /// Writes the files into a folder of their own and does what `soilsig trace` and `soilsig signature` do.
@@ -247,8 +251,9 @@ impl Stage<'_> {
         }
         let traced = || -> Result<Table, Error> {
             let scene = Scene::read(&path)?;
-            let tracer = trace::tracer(&scene, &path)?;
-            trace::trace(&tracer, &scene, &path, &self.grid, self.target, None, &|_, _| ())
+            let tracer = trace::tracer(&scene)?;
+            let prepared = Prepared::new(scene, &self.grid.wavelengths_um())?;
+            trace::trace(&tracer, &prepared, Request::new(&self.grid, self.target), self.monitor)
         };
         let table = match traced() {
             Err(error) if error.is_interruption() => return Err(error),

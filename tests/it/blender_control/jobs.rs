@@ -10,8 +10,10 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use soilsig::blender::{Blender, BlenderError, Event, Finished, Job, Kind, Search, Version};
+use soilsig::cli::interrupt;
+use soilsig::cli::terminal::Terminal;
 use soilsig::support::error::{Failure, Status};
-use soilsig::support::interrupt;
+use soilsig::support::monitor::Unwatched;
 
 use super::fake::Fake;
 use crate::support::real_blenders;
@@ -40,7 +42,7 @@ fn run_within(fake: &Fake, time_limit: Duration, on_event: &mut dyn FnMut(&Event
     fs::create_dir_all(&out).unwrap();
     let log = fake.folder.path().join("logs/blender.log");
     let args = vec!["--scene".into(), "scene.json".into()];
-    let job = Job { script: "any.py", args, out: &out, log: &log, time_limit };
+    let job = Job { script: "any.py", args, out: &out, log: &log, time_limit, monitor: &Unwatched };
     let mut events = Vec::new();
     let result = blender_at(&fake.path).run(&job, &mut |event| {
         on_event(event);
@@ -312,7 +314,14 @@ fn play_the_role() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("blender.log");
     let time_limit = Duration::from_secs(60);
-    let job = Job { script: "any.py", args: Vec::new(), out: folder.path(), log: &log, time_limit };
+    let job = Job {
+        script: "any.py",
+        args: Vec::new(),
+        out: folder.path(),
+        log: &log,
+        time_limit,
+        monitor: &Terminal::default(),
+    };
     let status = blender_at(&path).run(&job, &mut |_| ()).unwrap_err().status();
     drop(folder);
     std::process::exit(status as i32);
@@ -349,13 +358,21 @@ fn blender_does_not_outlive_a_killed_soilsig() {
 fn a_failure_in_a_real_blender_is_told_in_one_line() {
     for path in real_blenders() {
         let folder = tempfile::tempdir().unwrap();
-        let blender = Search::new(Some(&path), &folder.path().join("cache")).find().unwrap();
+        let blender =
+            Search::new(Some(&path), &folder.path().join("cache")).find(&Unwatched).unwrap();
         let log = folder.path().join("blender.log");
         let scene = folder.path().join("nowhere.json");
         for (script, words) in [("drop.py", "nowhere.json"), ("absent.py", "absent.py")] {
             let args = vec!["--scene".into(), scene.clone().into()];
             let time_limit = Duration::from_secs(60);
-            let job = Job { script, args, out: folder.path(), log: &log, time_limit };
+            let job = Job {
+                script,
+                args,
+                out: folder.path(),
+                log: &log,
+                time_limit,
+                monitor: &Unwatched,
+            };
             let error = blender.run(&job, &mut |_| ()).unwrap_err();
             assert_eq!(error.status(), Status::BlenderScript, "{error}");
             assert!(error.to_string().contains(words), "{error}");

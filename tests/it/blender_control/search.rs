@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use soilsig::blender::{Kind, Search, Version};
 use soilsig::support::error::{Failure, Status};
+use soilsig::support::monitor::Unwatched;
 use tempfile::TempDir;
 
 use super::fake::{Fake, executable, probe_with};
@@ -48,7 +49,7 @@ impl Machine {
 
 #[track_caller]
 fn assert_refused(search: &Search, status: Status, words: &[&str]) {
-    let error = search.find().unwrap_err();
+    let error = search.find(&Unwatched).unwrap_err();
     let hint = error.hint().expect("every refusal names its remedy");
     let message = format!("{error}; {hint}");
     assert_eq!(error.status(), status, "{message}");
@@ -69,7 +70,7 @@ fn nothing_there_names_every_place() {
 fn a_choice_that_fails_is_not_replaced_by_another_blender() {
     let machine = Machine::new();
     machine.install("bin/blender", &probe_with("3.4.1", "\"1.24.2\""));
-    assert!(machine.search().find().is_ok());
+    assert!(machine.search().find(&Unwatched).is_ok());
     for choice in ["/nowhere/blender", "blender-5.9"] {
         let by_flag = Search { explicit: Some(choice.into()), ..machine.search() };
         assert_refused(&by_flag, Status::BlenderMissing, &[choice, "no such executable"]);
@@ -84,7 +85,7 @@ fn the_flag_comes_before_the_variable_and_that_before_the_path() {
     for (name, version) in [("bin/blender", "3.4.1"), ("a", "4.5.1"), ("b", "4.5.2")] {
         machine.install(name, &probe_with(version, "\"1.24.2\""));
     }
-    let found = |search: Search| search.find().unwrap().version.to_string();
+    let found = |search: Search| search.find(&Unwatched).unwrap().version.to_string();
     assert_eq!(found(machine.search()), "3.4.1");
     let variable = Some(machine.0.path().join("a").into());
     let search = Search { variable, ..machine.search() };
@@ -122,10 +123,10 @@ fn an_old_blender_is_refused_by_its_version() {
 fn an_untested_blender_will_do_with_a_warning() {
     let machine = Machine::new();
     machine.install("bin/blender", &probe_with("6.0.0", "\"3.0.0\""));
-    let warning = machine.search().find().unwrap().warning().unwrap();
+    let warning = machine.search().find(&Unwatched).unwrap().warning().unwrap();
     assert!(warning.contains("6.0.0"), "{warning}");
     machine.install("bin/blender", &probe_with("4.5.15", "\"3.0.0\""));
-    assert_eq!(machine.search().find().unwrap().warning(), None);
+    assert_eq!(machine.search().find(&Unwatched).unwrap().warning(), None);
 }
 
 #[test]
@@ -134,7 +135,7 @@ fn a_blender_without_numpy_is_refused_but_does_not_hide_one_that_has_it() {
     machine.install("bin/blender", &probe_with("3.4.1", "null"));
     assert_refused(&machine.search(), Status::BlenderNumpy, &["python3-numpy"]);
     machine.install_bpy(".venv/bin/python", "4.5.15");
-    let found = machine.search().find().unwrap();
+    let found = machine.search().find(&Unwatched).unwrap();
     assert_eq!((found.kind, found.numpy.as_str()), (Kind::PythonModule, "2.0.0"));
 }
 
@@ -146,7 +147,10 @@ fn a_python_without_bpy_is_passed_by_unless_it_was_chosen() {
     let chosen = Search { explicit: Some("python3".into()), ..machine.search() };
     assert_refused(&chosen, Status::BlenderMissing, &["no module bpy"]);
     machine.install_bpy("bin/python", "5.0.1");
-    assert_eq!(machine.search().find().unwrap().version, Version { major: 5, minor: 0, patch: 1 });
+    assert_eq!(
+        machine.search().find(&Unwatched).unwrap().version,
+        Version { major: 5, minor: 0, patch: 1 }
+    );
 }
 
 #[test]
@@ -168,20 +172,20 @@ fn a_known_blender_is_not_started_again_until_it_changes() {
     let fake = Fake::blender("");
     let machine = Machine::new();
     let search = Search { explicit: Some(fake.path.clone().into()), ..machine.search() };
-    let first = search.find().unwrap();
+    let first = search.find(&Unwatched).unwrap();
     assert_eq!(fake.starts(), 1);
-    assert_eq!(search.find().unwrap(), first);
+    assert_eq!(search.find(&Unwatched).unwrap(), first);
     assert_eq!(fake.starts(), 1);
 
     let afresh = Search { afresh: true, ..search.clone() };
-    assert_eq!(afresh.find().unwrap(), first);
+    assert_eq!(afresh.find(&Unwatched).unwrap(), first);
     assert_eq!(fake.starts(), 2);
 
     executable(&fake.path, &probe_with("4.5.15", "\"1.26.4\""));
-    assert_eq!(search.find().unwrap().version.to_string(), "4.5.15");
+    assert_eq!(search.find(&Unwatched).unwrap().version.to_string(), "4.5.15");
 
     fs::write(machine.0.path().join("cache/blenders.json"), "damaged").unwrap();
-    assert_eq!(search.find().unwrap().version.to_string(), "4.5.15");
+    assert_eq!(search.find(&Unwatched).unwrap().version.to_string(), "4.5.15");
 }
 
 #[test]
@@ -195,7 +199,7 @@ fn an_upgrade_behind_a_link_is_noticed() {
     for version in ["4.5.1", "4.5.2", "4.5.1"] {
         let _ = fs::remove_file(&link);
         std::os::unix::fs::symlink(Path::new("opt").join(version), &link).unwrap();
-        assert_eq!(search.find().unwrap().version.to_string(), version);
+        assert_eq!(search.find(&Unwatched).unwrap().version.to_string(), version);
     }
 }
 
@@ -208,7 +212,7 @@ fn what_was_refused_is_asked_again() {
     let search = Search { explicit: Some(fake.path.clone().into()), ..machine.search() };
     assert_refused(&search, Status::BlenderNumpy, &["no numpy"]);
     fs::write(fake.folder.path().join("numpy"), "").unwrap();
-    assert_eq!(search.find().unwrap().numpy, "1");
+    assert_eq!(search.find(&Unwatched).unwrap().numpy, "1");
 }
 
 #[test]
@@ -216,9 +220,10 @@ fn real_blenders_tell_what_they_are() {
     for path in real_blenders() {
         let machine = Machine::new();
         let search = Search { explicit: Some(path.clone().into()), ..machine.search() };
-        let blender = search.find().unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let blender =
+            search.find(&Unwatched).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         assert!(blender.version.is_supported(), "{blender:?}");
         assert!(blender.python.starts_with("3."), "{blender:?}");
-        assert_eq!(search.find().unwrap(), blender);
+        assert_eq!(search.find(&Unwatched).unwrap(), blender);
     }
 }

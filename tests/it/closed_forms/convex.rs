@@ -5,14 +5,14 @@ use std::f64::consts::FRAC_PI_4;
 use soilsig::histogram::tally::{Kept, Tally};
 use soilsig::support::random::{Purpose, Sampler};
 use soilsig::tracer::Tracer;
-use soilsig::tracer::rules::{Course, Facet, MOST_HITS};
+use soilsig::tracer::rules::{Facet, MOST_HITS, TracingRules};
 
 use super::bodies::ball;
 
 const PATHS: u64 = 200_000;
 
 fn trace(zenith_deg: f64) -> Tally {
-    let course = Course {
+    let rules = TracingRules {
         kept: Kept::PLAIN,
         facets: vec![Facet::LAMBERTIAN; 2],
         sampler: Sampler::Even,
@@ -21,7 +21,7 @@ fn trace(zenith_deg: f64) -> Tally {
         least_weight: 0.0,
     };
     let tracer = Tracer::new(ball(zenith_deg));
-    tracer.trace(&course, 1, Purpose::Result, 0..PATHS, &|_| ()).expect("not interrupted")
+    tracer.trace(&rules, 1, Purpose::Result, 0..PATHS, &|_| Ok(())).expect("not interrupted")
 }
 
 /// So every path hits it once: its emissivity is that of its facets, to the last digit.

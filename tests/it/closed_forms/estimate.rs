@@ -6,7 +6,7 @@ use soilsig::histogram::tally::{Kept, Tally};
 use soilsig::histogram::{Histogram, Mean, Sources};
 use soilsig::support::random::{Purpose, Sampler};
 use soilsig::tracer::Tracer;
-use soilsig::tracer::rules::{Course, Facet, MOST_HITS};
+use soilsig::tracer::rules::{Facet, MOST_HITS, TracingRules};
 
 /// The standard error of every check.
 const STANDARD_ERROR: f64 = 1e-4;
@@ -76,7 +76,7 @@ fn traced(
     reflectances: &[Vec<f64>],
     means: &dyn Fn(&Histogram) -> Vec<Mean>,
 ) -> Vec<Mean> {
-    let course = Course {
+    let rules = TracingRules {
         kept,
         facets: vec![Facet::LAMBERTIAN; bed.materials],
         sampler: Sampler::Even,
@@ -84,7 +84,7 @@ fn traced(
         greatest: vec![1.0; bed.materials],
         least_weight: 0.0,
     };
-    let course = course.ending_below(LEAST_WEIGHT, reflectances);
+    let rules = rules.ending_below(LEAST_WEIGHT, reflectances);
     let tracers: Vec<Tracer> = view
         .to_sensor()
         .into_iter()
@@ -95,7 +95,7 @@ fn traced(
     loop {
         // The same number of paths in each direction.
         for (seed, tracer) in tracers.iter().enumerate() {
-            let part = tracer.trace(&course, seed as u64, Purpose::Result, from..to, &|_| ());
+            let part = tracer.trace(&rules, seed as u64, Purpose::Result, from..to, &|_| Ok(()));
             tally.add(&part.expect("not interrupted"));
         }
         let mut histogram = Histogram::of(&tally);

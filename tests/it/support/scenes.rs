@@ -3,15 +3,21 @@
 use std::path::Path;
 
 use soilsig::scene::{Grid, Scene};
-use soilsig::table::{Table, Target};
-use soilsig::tracer::trace;
+use soilsig::support::monitor::Unwatched;
+use soilsig::table::{Prepared, Table, Target};
+use soilsig::tracer::trace::{self, Request};
 
 /// Traces a scene file with a seed.
 pub fn trace_file(path: &Path, seed: u64, tolerance: f64) -> Table {
     let mut scene = Scene::read(path).expect("the scene is sound");
     scene.seed = seed;
-    let tracer = trace::tracer(&scene, path).expect("its meshes are sound");
+    let tracer = trace::tracer(&scene).expect("its meshes are sound");
     let band = Grid::new(9.0, 9.0, 0.01).expect("a grid");
-    trace::trace(&tracer, &scene, path, &band, Target::of(tolerance), None, &|_, _| ())
-        .expect("traced")
+    trace::trace(
+        &tracer,
+        &Prepared::new(scene.clone(), &band.wavelengths_um()).expect("spectra"),
+        Request::new(&band, Target::of(tolerance)),
+        &Unwatched,
+    )
+    .expect("traced")
 }

@@ -10,10 +10,11 @@ use soilsig::radiometry::planck;
 use soilsig::scene::{Grid, Scene};
 use soilsig::signature::{self, Band};
 use soilsig::spectrum::Spectrum;
+use soilsig::support::monitor::Unwatched;
 use soilsig::support::random::Purpose;
-use soilsig::table::{Table, Target, materials};
-use soilsig::tracer::rules::Course;
-use soilsig::tracer::trace;
+use soilsig::table::{Prepared, Table, Target};
+use soilsig::tracer::rules::TracingRules;
+use soilsig::tracer::trace::{self, Request};
 use tempfile::TempDir;
 
 /// A level plate.
@@ -55,11 +56,16 @@ impl Case {
 
     fn trace(&self, tolerance: f64) -> Table {
         let scene = Scene::read(&self.path()).expect("the scene is sound");
-        let tracer = trace::tracer(&scene, &self.path()).expect("its meshes are sound");
+        let tracer = trace::tracer(&scene).expect("its meshes are sound");
         let grid = Grid::new(9.0, 9.0, 0.01).expect("a grid");
         let target = Target::of(tolerance);
-        trace::trace(&tracer, &scene, &self.path(), &grid, target, None, &|_, _| ())
-            .expect("traced")
+        trace::trace(
+            &tracer,
+            &Prepared::new(scene.clone(), &grid.wavelengths_um()).expect("spectra"),
+            Request::new(&grid, target),
+            &Unwatched,
+        )
+        .expect("traced")
     }
 }
 
@@ -218,13 +224,12 @@ fn an_isothermal_trough_under_a_sky_of_its_temperature_looks_black_whatever_its_
 fn what_roulette_ends_others_stand_for() {
     let case = Case::new(TROUGH, 0.0, "", &[r#""spectrum": {"constant": 0.5}"#; 2]);
     let scene = Scene::read(&case.path()).expect("the scene is sound");
-    let tracer = trace::tracer(&scene, &case.path()).expect("its meshes are sound");
-    let materials = materials::materials(&scene, &case.path()).expect("sound");
-    let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
+    let tracer = trace::tracer(&scene).expect("its meshes are sound");
+    let prepared = Prepared::new(scene, &[9.0]).expect("sound");
     let of = |seed: u64, greatest: f64| {
-        let course = Course::new(&scene, &spectra).ending_below(0.0, &[vec![greatest; 2]]);
+        let rules = TracingRules::new(&prepared).ending_below(0.0, &[vec![greatest; 2]]);
         let paths = 0..1 << 16;
-        let traced = tracer.trace(&course, seed, Purpose::Result, paths.clone(), &|_| ());
+        let traced = tracer.trace(&rules, seed, Purpose::Result, paths.clone(), &|_| Ok(()));
         let histogram = Histogram::of(&traced.expect("traced"));
         assert_eq!(histogram.ended.is_empty(), greatest == 1.0);
         assert_eq!(histogram.paths(), paths.end as f64, "what is ended is counted all the same");

@@ -1,0 +1,91 @@
+//! A scene with all that its files hold, read once.
+
+use std::sync::Arc;
+
+use super::TableMaterial;
+use super::materials::{MaterialError, ResolveError, reflectances, specular};
+use crate::histogram::tally::{COSINES, Kept, ZENITHS};
+use crate::radiometry::air::{Air, air};
+use crate::scene::{Material, Scene};
+use crate::spectrum::Spectrum;
+use crate::support::error::Error;
+
+/// A scene whose spectra, sky and atmosphere are known and cover the bands.
+///
+/// Scenes of one recipe differ in geometry and seed alone and share the rest.
+#[derive(Debug, Clone)]
+pub struct Prepared {
+    /// The scene.
+    pub scene: Scene,
+    /// The materials with their spectra.
+    pub materials: Arc<[TableMaterial]>,
+    /// The sky and the atmosphere.
+    pub air: Arc<Air>,
+    /// The bands, um.
+    pub wavelengths_um: Arc<[f64]>,
+    /// In each band the reflectance of each symbol of a histogram.
+    pub reflectances: Arc<[Vec<f64>]>,
+    /// What of each path has to be recorded.
+    pub kept: Kept,
+}
+
+impl Prepared {
+    /// Reads what a scene names.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or that does not cover the bands.
+    pub fn new(scene: Scene, wavelengths_um: &[f64]) -> Result<Self, Error> {
+        let materials = resolved(&scene)?;
+        let angular = materials.iter().any(|m| m.spectrum.is_angular());
+        let kept = Kept {
+            order: scene.materials.iter().any(|m| scene.temperature_of(m) != scene.temperature_k),
+            cosines: if angular { COSINES } else { 1 },
+            zeniths: if scene.sky_is_by_zenith() { ZENITHS } else { 1 },
+        };
+        for material in &materials {
+            reflectances(&[&material.spectrum], kept, wavelengths_um)
+                .map_err(|source| wrong(&scene, &material.name, source.into()))?;
+        }
+        let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
+        Ok(Self {
+            air: air(&scene, wavelengths_um)?.into(),
+            reflectances: reflectances(&spectra, kept, wavelengths_um)?.into(),
+            wavelengths_um: wavelengths_um.into(),
+            materials: materials.into(),
+            kept,
+            scene,
+        })
+    }
+
+    /// The same with another scene of the same materials and sky.
+    #[must_use]
+    pub fn with(&self, scene: Scene) -> Self {
+        Self { scene, ..self.clone() }
+    }
+
+    /// The spectra of the materials.
+    pub fn spectra(&self) -> Vec<&Spectrum> {
+        self.materials.iter().map(|m| &m.spectrum).collect()
+    }
+}
+
+/// The materials of a scene with their spectra.
+pub(crate) fn resolved(scene: &Scene) -> Result<Vec<TableMaterial>, MaterialError> {
+    let of = |material: &Material| {
+        let spectrum = Spectrum::resolve(&material.spectrum, scene.folder())
+            .map_err(|source| wrong(scene, &material.name, source))?;
+        Ok(TableMaterial {
+            name: material.name.clone(),
+            specular: specular(material, &spectrum),
+            spectrum,
+            temperature_k: material.temperature_k,
+            mean_chord_um: None,
+            first_hits: 0,
+        })
+    };
+    scene.materials.iter().map(of).collect()
+}
+
+fn wrong(scene: &Scene, material: &str, source: ResolveError) -> MaterialError {
+    MaterialError { scene: scene.file.clone(), material: material.to_owned(), source }
+}
