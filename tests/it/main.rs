@@ -24,6 +24,7 @@ mod python;
 mod radiometry;
 mod readers;
 mod reciprocity;
+mod rooms;
 mod rules;
 mod separation;
 mod shards;
