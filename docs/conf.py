@@ -23,6 +23,7 @@ exclude_patterns = [
 
 html_theme = "furo"
 html_title = "soilsig"
+html_theme_options = {"light_css_variables": {"code-font-size": "78%"}}
 html_copy_source = False
 html_show_copyright = False
 html_show_sphinx = False
