@@ -19,7 +19,7 @@ window='xvfb libgl1-mesa-dri xdotool imagemagick'
 ruff='ruff==0.17.6'
 mitsuba='mitsuba==3.9.1'
 readers='spectral==0.25 xarray==2026.9.0 scipy==1.17.1 pandas==3.1.1'
-docs='sphinx==9.0.4 myst-nb==1.4.0 furo==2025.12.19'
+docs='sphinx==9.0.4 myst-nb==1.4.0 furo==2025.12.19 latex2mathml==3.81.1'
 
 say() { printf 'setup: %s\n' "$*" >&2; }
 stop() { say "$*"; exit 1; }

@@ -190,7 +190,7 @@ fn commands_of_the_guide_that_need_blender_run() {
     }
 }
 
-/// Also of commands that are not run, in all documents.
+/// Also those of commands that are not run, in all documents.
 #[test]
 fn commands_in_the_documents_and_their_options_exist() {
     let mut files = markdown(&root().join("docs"));
@@ -199,7 +199,8 @@ fn commands_in_the_documents_and_their_options_exist() {
     let mut seen = 0;
     for page in files.iter().map(|file| Page::read(file)) {
         for command in page.commands() {
-            let words: Vec<_> = command.split('#').next().expect("text").split_whitespace().collect();
+            let words: Vec<_> =
+                command.split('#').next().expect("text").split_whitespace().collect();
             let wrong = unknown(&words[1..], &mut helps);
             assert_eq!(wrong, None, "{}: {command}", page.path.display());
             seen += 1;
@@ -212,24 +213,20 @@ fn commands_in_the_documents_and_their_options_exist() {
 fn unknown(words: &[&str], helps: &mut BTreeMap<String, String>) -> Option<String> {
     let mut path = String::new();
     let mut known = help(&path, helps);
-    for word in words.iter().take_while(|word| **word != "--") {
-        let option = word.split('=').next().filter(|option| option.starts_with("--"));
-        let names_a_subcommand = known.contains("\nCommands:\n") && !word.starts_with('-');
-        if names_a_subcommand {
-            if !known.lines().any(|line| line.split_whitespace().next() == Some(word)) {
-                return Some((*word).to_owned());
-            }
-            path = format!("{path} {word}");
-            known = help(&path, helps);
-        } else if let Some(option) = option {
-            let option = option.trim_end_matches([',', '.']);
-            let mut options = known.split(|c: char| !(c.is_ascii_lowercase() || c == '-'));
-            if !options.any(|other| other == option) {
-                return Some(option.to_owned());
-            }
+    let mut words = words.iter().take_while(|word| **word != "--").peekable();
+    while known.contains("\nCommands:\n")
+        && let Some(word) = words.next_if(|word| !word.starts_with('-'))
+    {
+        if !known.lines().any(|line| line.split_whitespace().next() == Some(word)) {
+            return Some((*word).to_owned());
         }
+        path = format!("{path} {word}");
+        known = help(&path, helps);
     }
-    None
+    let options: Vec<_> = known.split(|c: char| !(c.is_ascii_lowercase() || c == '-')).collect();
+    let asked = words.filter(|word| word.starts_with("--"));
+    let mut asked = asked.map(|word| word.split(['=', ',']).next().expect("an option"));
+    asked.find(|option| !options.contains(option)).map(str::to_owned)
 }
 
 fn help(path: &str, helps: &mut BTreeMap<String, String>) -> String {
