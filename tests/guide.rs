@@ -1,7 +1,5 @@
 //! The commands of the documents: those of the guide are run, options of all others exist.
 
-#[path = "support/place.rs"]
-mod place;
 mod support;
 
 use std::collections::BTreeMap;
@@ -9,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::{env, fs};
 
-use place::Place;
+use tempfile::tempdir;
 
 /// What the test does with a fenced block, by the comment above it.
 #[derive(Debug, PartialEq)]
@@ -65,33 +63,37 @@ impl Page {
     }
 
     /// Writes the files and runs the commands, block by block, in a folder of its own.
-    fn run(&self, blender: Option<&Path>) {
-        let place = Place::new();
+    fn run(&self, cache: &Path, blender: Option<&Path>) {
+        let place = tempdir().expect("a temporary folder");
         for folder in ["scenes", "spectra"] {
-            std::os::unix::fs::symlink(root().join(folder), place.path(folder)).expect("a link");
+            std::os::unix::fs::symlink(root().join(folder), place.path().join(folder))
+                .expect("a link");
         }
         for block in &self.blocks {
             match &block.mark {
                 Mark::File(name) => {
-                    let file = place.path(name);
+                    let file = place.path().join(name);
                     fs::create_dir_all(file.parent().expect("a folder")).expect("a folder");
                     fs::write(file, &block.text).expect("written");
                 }
-                Mark::Run if block.language == "sh" => self.run_block(block, &place, blender),
-                Mark::NeedsBlender if blender.is_some() => self.run_block(block, &place, blender),
-                _ => {}
+                Mark::NotRun => {}
+                Mark::NeedsBlender if blender.is_none() => {}
+                Mark::Run if block.language != "sh" => {}
+                Mark::Run | Mark::NeedsBlender => {
+                    self.run_block(block, place.path(), cache, blender);
+                }
             }
         }
     }
 
-    fn run_block(&self, block: &Block, place: &Place, blender: Option<&Path>) {
+    fn run_block(&self, block: &Block, folder: &Path, cache: &Path, blender: Option<&Path>) {
         let program = Path::new(env!("CARGO_BIN_EXE_soilsig")).parent().expect("a folder");
         let mut path = program.as_os_str().to_owned();
         path.push(":");
         path.push(env::var_os("PATH").unwrap_or_default());
         let mut shell = Command::new("sh");
-        shell.args(["-euc", &block.text]).current_dir(place.path("")).stdin(Stdio::null());
-        shell.env("PATH", path).env("SOILSIG_CACHE", place.path("cache"));
+        shell.args(["-euc", &block.text]).current_dir(folder).stdin(Stdio::null());
+        shell.env("PATH", path).env("SOILSIG_CACHE", cache);
         match blender {
             Some(blender) => shell.env("SOILSIG_BLENDER", blender),
             None => shell.env_remove("SOILSIG_BLENDER"),
@@ -164,6 +166,7 @@ fn guide() -> Vec<Page> {
 
 #[test]
 fn commands_of_the_guide_run() {
+    let cache = tempdir().expect("a temporary folder");
     for page in guide() {
         for block in &page.blocks {
             let known = ["sh", "text", "json"].contains(&block.language.as_str());
@@ -176,7 +179,7 @@ fn commands_of_the_guide_run() {
             };
             assert!(fits, "{}:{}: {:?}", page.path.display(), block.line, block.mark);
         }
-        page.run(None);
+        page.run(cache.path(), None);
     }
 }
 
@@ -185,8 +188,9 @@ fn commands_of_the_guide_that_need_blender_run() {
     let Some(blender) = support::real_blenders().into_iter().next() else { return };
     let pages: Vec<_> = guide().into_iter().filter(Page::needs_blender).collect();
     assert!(!pages.is_empty());
+    let cache = tempdir().expect("a temporary folder");
     for page in pages {
-        page.run(Some(&blender));
+        page.run(cache.path(), Some(&blender));
     }
 }
 
