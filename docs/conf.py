@@ -12,17 +12,8 @@ myst_heading_anchors = 4
 nb_execution_mode = "off"
 smartquotes = False
 
-exclude_patterns = [
-    "figures",
-    # Being moved into physics, reference, measurements and notes.
-    *(
-        f"{page}.md"
-        for page in (
-            "authoring chemistry geometry images performance radiometry results scene spectra "
-            "stability tracer tracer_speed"
-        ).split()
-    ),
-]
+# The pages by name are being moved into physics, reference, measurements and notes.
+exclude_patterns = ["figures", "authoring.md", "chemistry.md", "images.md", "[gprst]*.md"]
 
 html_theme = "furo"
 html_title = "soilsig"

@@ -168,6 +168,7 @@ fn guide() -> Vec<Page> {
 fn commands_of_the_guide_run() {
     let cache = tempdir().expect("a temporary folder");
     for page in guide() {
+        assert!(!page.prose.contains("```"), "{}: an indented block", page.path.display());
         for block in &page.blocks {
             let known = ["sh", "text", "json"].contains(&block.language.as_str());
             assert!(known, "{}:{}: {}", page.path.display(), block.line, block.language);
