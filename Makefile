@@ -5,7 +5,7 @@ COVERAGE = sparse
 # What `make test` leaves out, where it cannot be had: blender, bpy, mitsuba, readers, window.
 WITHOUT =
 
-.PHONY: help run test lint setup bench intervals chart scale packings tolerances budgets facets stress clean
+.PHONY: help run test lint docs setup bench intervals chart scale packings tolerances budgets facets stress clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -34,6 +34,10 @@ lint:
 	cargo clippy --release --all-targets -- --deny warnings
 	.tools/bin/ruff check
 	.tools/bin/ruff format --check
+
+docs: ## build the documents into a site in target/docs; a dead link is an error
+	@sh scripts/setup.sh docs
+	.tools/docs/bin/python -m sphinx -q -E -a -n -W --keep-going docs target/docs
 
 bench: setup ## time the pipeline, and the tracer beside Embree and Mitsuba (docs/performance.md)
 	cargo bench --bench stages
