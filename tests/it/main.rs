@@ -11,6 +11,7 @@ mod exports;
 mod failures;
 mod field;
 mod grains;
+mod guide;
 mod image;
 mod independent_tracer;
 mod ingest;

@@ -1,13 +1,13 @@
 //! The commands of the documents: those of the guide are run, options of all others exist.
 
-mod support;
-
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::{env, fs};
 
 use tempfile::tempdir;
+
+use crate::support::a_blender;
 
 /// What the test does with a fenced block, by the comment above it.
 #[derive(Debug, PartialEq)]
@@ -186,7 +186,7 @@ fn commands_of_the_guide_run() {
 
 #[test]
 fn commands_of_the_guide_that_need_blender_run() {
-    let Some(blender) = support::real_blenders().into_iter().next() else { return };
+    let Some(blender) = a_blender() else { return };
     let pages: Vec<_> = guide().into_iter().filter(Page::needs_blender).collect();
     assert!(!pages.is_empty());
     let cache = tempdir().expect("a temporary folder");
