@@ -235,8 +235,7 @@ fn chart(input: &Input, out: &Path) -> Result<(), Error> {
     caption.extend(credit);
     let title = "Emissivity".into();
     let hatched_um = Vec::new();
-    let svg =
-        plot::emissivity_svg(&Chart { title, caption, curves, mark_features: true, hatched_um })?;
+    let svg = plot::emissivity_svg(&Chart { title, caption, curves, hatched_um })?;
     format.write(&svg, out)
 }
 

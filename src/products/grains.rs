@@ -6,6 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::blender::{self, BlenderError, Event, Job};
@@ -238,7 +239,7 @@ fn solids(path: &Path) -> Result<BTreeMap<String, Solid>, String> {
         tobj::load_obj(path, &tobj::LoadOptions::default()).map_err(|error| problem(&error))?;
     let mut solids = BTreeMap::new();
     for tobj::Model { mesh, name } in models {
-        let vertices_um = mesh.positions.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
+        let vertices_um = mesh.positions.chunks_exact(3).map(DVec3::from_slice).collect();
         let mut corners = mesh.indices.iter().map(|&corner| corner as usize);
         let facets = mesh
             .face_arities

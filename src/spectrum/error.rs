@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use super::shipped::{POWDERS, QUARTZ_SETS};
-use crate::support::envi::EnviError;
 use crate::support::error::Failure;
+use crate::support::file_error::FileError;
 
 /// A spectrum cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -139,11 +139,11 @@ impl Failure for SpectrumError {
     }
 }
 
-impl From<EnviError> for SpectrumError {
-    fn from(error: EnviError) -> Self {
+impl From<FileError> for SpectrumError {
+    fn from(error: FileError) -> Self {
         match error {
-            EnviError::Read { path, source } => Self::Read { path, source },
-            EnviError::Form { path, problem } => Self::Form { path, line: 1, problem },
+            FileError::Read { path, source } => Self::Read { path, source },
+            FileError::Wrong { path, problem, .. } => Self::Form { path, line: 1, problem },
         }
     }
 }

@@ -1,7 +1,8 @@
 //! What every room stands on: failures, files, progress, cache, random numbers, statistics.
 
 pub mod cache;
-pub mod envi;
+pub(crate) mod csv;
+pub(crate) mod envi;
 pub mod error;
 pub mod file_error;
 pub mod linear;
@@ -10,3 +11,4 @@ pub mod output;
 pub mod random;
 mod sobol;
 pub mod statistics;
+pub mod text;

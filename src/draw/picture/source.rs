@@ -1,4 +1,4 @@
-//! Where the geometry of a picture comes from.
+//! The scene of a picture.
 
 use std::path::Path;
 
@@ -6,7 +6,8 @@ use super::error::PictureError;
 use crate::scene::Scene;
 use crate::support::error::Error;
 
-/// Reads a placed scene: from its file, or from the folder of a pipeline's result. Of several packings it is the first.
+/// Reads a placed scene from its file, or from the folder of a pipeline's result. Of several packings
+/// it reads the first.
 pub fn placed_scene(path: &Path) -> Result<Scene, Error> {
     let file = if path.is_dir() {
         let places = ["scene.json", "packings/1/scene.json"].map(|place| path.join(place));

@@ -1,4 +1,4 @@
-//! Pictures of an image: for the eye, not for measuring.
+//! Quick-looks of an image as PNG.
 
 use std::path::Path;
 
@@ -10,19 +10,19 @@ use crate::support::output;
 
 /// Least width of the image in a picture, pixels.
 const LEAST_WIDTH: usize = 512;
-/// White about it.
+/// White margin, pixels.
 const MARGIN: usize = 12;
-/// Room for what is written below.
+/// Height of the caption, pixels.
 const CAPTION: usize = 58;
-/// Of the longest picture that can be written what is left beside margins and caption, in whole hundreds.
+/// Longest side of the image, pixels: with margins and caption the longest picture that can be made.
 const MOST_SIDE: usize = 16_200;
 const TEXT: f64 = 14.0;
-/// Of all numbers the darkest and the brightest hundredth are beyond the scale.
+/// The scale leaves out this share of the numbers at each end.
 const BEYOND: f64 = 0.01;
-/// Where nothing is known.
+/// Colour of unknown numbers.
 const UNKNOWN: [u8; 3] = [30, 38, 51];
 
-/// From dark to bright, even to the eye: inferno of matplotlib (public domain, CC0), every 32nd colour.
+/// From dark to bright: every 32nd colour of matplotlib's inferno (public domain, CC0).
 const RAMP: [[f64; 3]; 9] = [
     [0.0, 0.0, 4.0],
     [31.0, 12.0, 72.0],
@@ -35,14 +35,14 @@ const RAMP: [[f64; 3]; 9] = [
     [252.0, 255.0, 164.0],
 ];
 
-/// What is shown of an image of so many columns.
+/// The width and the title of an image.
 pub(super) struct Look<'a> {
     pub columns: usize,
     pub title: &'a str,
 }
 
 impl Look<'_> {
-    /// One number for each pixel, by colours with a scale below.
+    /// One number per pixel as a colour, with a scale below.
     pub(super) fn scaled(
         &self,
         values: &[f32],
@@ -78,12 +78,11 @@ impl Look<'_> {
         })
     }
 
-    /// Three numbers for each pixel as red, green and blue, each stretched on its own.
+    /// Apparent emissivity in three bands as red, green and blue, each with its own scale.
     pub(super) fn false_colour(
         &self,
         channels: &[Vec<f32>; 3],
         names: &[String; 3],
-        what: &str,
         path: &Path,
     ) -> Result<(), Error> {
         let scales = [0, 1, 2].map(|i| stretch(&channels[i]));
@@ -100,7 +99,8 @@ impl Look<'_> {
             })
             .collect();
         self.write(&pixels, path, |svg, [left, top, width]| {
-            let text = format!("{}: {what}, each channel stretched", self.title);
+            let text =
+                format!("{}: apparent emissivity (Eq. 3), each colour stretched", self.title);
             svg.text((left, top + 16.0), Anchor::Start, TEXT, &text);
             let colours = ["#b01515", "#137a1b", "#1c36c4"];
             for (i, ((name, (least, most)), colour)) in
@@ -115,7 +115,7 @@ impl Look<'_> {
         })
     }
 
-    /// The material of each pixel by the colours of `soilsig picture`.
+    /// The material of each pixel, in the colours of `soilsig picture`.
     pub(super) fn materials(
         &self,
         values: &[f32],
@@ -138,8 +138,8 @@ impl Look<'_> {
         })
     }
 
-    /// The pixels in whole multiples of their size, with a caption drawn below: it is told its left, its top and
-    /// its width.
+    /// Writes the pixels enlarged by a whole factor, with a caption below. The caption gets its left,
+    /// its top and its width.
     fn write(
         &self,
         pixels: &[[u8; 3]],
@@ -147,7 +147,7 @@ impl Look<'_> {
         caption: impl FnOnce(&mut Svg, [f64; 3]),
     ) -> Result<(), Error> {
         let lines = pixels.len() / self.columns;
-        // No side is longer than a picture may be: of larger images one pixel of several is drawn.
+        // Of a larger image only every n-th pixel is drawn.
         let longest = lines.max(self.columns);
         let times = LEAST_WIDTH.div_ceil(self.columns).min(MOST_SIDE / longest).max(1);
         let coarser = longest.div_ceil(MOST_SIDE);
@@ -162,12 +162,11 @@ impl Look<'_> {
         canvas.paste((MARGIN, MARGIN), &image);
         let room = [MARGIN, 2 * MARGIN + image.height, image.width].map(|px| px as f64);
         canvas.annotate(|svg| caption(svg, [room[0], room[1] - 6.0, room[2]]))?;
-        // Pixels of a screen have no size in the scene.
-        Ok(output::bytes(path, &canvas.png(250.0))?)
+        Ok(output::bytes(path, &canvas.png(None))?)
     }
 }
 
-/// The least and the greatest number of a scale.
+/// The ends of a scale.
 fn stretch(values: &[f32]) -> (f64, f64) {
     let mut known: Vec<f32> = values.iter().copied().filter(|value| !value.is_nan()).collect();
     known.sort_by(f32::total_cmp);

@@ -1,10 +1,10 @@
 //! Two columns of text: wavelength and emissivity, or what the heading says.
 
-use std::fmt::Write as _;
 use std::path::Path;
 
 use super::{Quantity, Reading, Tabulated, Unit, refuse_transmission, row, text, wrong};
 use crate::spectrum::SpectrumError;
+use crate::support::csv::Csv;
 use crate::support::error::Error;
 use crate::support::output;
 
@@ -59,9 +59,9 @@ fn fields(line: &str) -> Vec<&str> {
 }
 
 pub(super) fn write(path: &Path, wavelength_um: &[f64], emissivity: &[f64]) -> Result<(), Error> {
-    let mut text = String::from("wavelength_um,emissivity\n");
+    let mut csv = Csv::new(&["wavelength_um", "emissivity"]);
     for (um, emissivity) in wavelength_um.iter().zip(emissivity) {
-        let _ = writeln!(text, "{um},{emissivity}");
+        csv.row([um, emissivity].map(f64::to_string));
     }
-    Ok(output::bytes(path, text.as_bytes())?)
+    Ok(output::bytes(path, csv.text().as_bytes())?)
 }

@@ -3,10 +3,9 @@
 mod csv;
 mod ecostress;
 mod ems;
-mod envi;
+pub(crate) mod envi;
 mod usgs;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::tabulated::{Quantity, Row, Tabulated};
@@ -68,10 +67,7 @@ impl Format {
 /// All files that a spectrum's file is read with: of a library in two files both.
 pub fn files(path: &Path) -> Result<Vec<PathBuf>, SpectrumError> {
     Ok(match Format::of(path)? {
-        Format::Envi => {
-            let (data, header) = envi::pair(path);
-            vec![data, header]
-        }
+        Format::Envi => envi::pair(path).to_vec(),
         _ => vec![path.to_owned()],
     })
 }
@@ -180,9 +176,7 @@ fn ending(path: &Path) -> String {
 
 /// A text file in UTF-8, else in Latin-1, without a byte order mark.
 fn text(path: &Path) -> Result<String, SpectrumError> {
-    let bytes =
-        fs::read(path).map_err(|source| SpectrumError::Read { path: path.to_owned(), source })?;
-    Ok(crate::support::envi::text(bytes))
+    Ok(crate::support::text::read(path)?)
 }
 
 /// Whether a label says transmission, in any of the spellings that libraries have.
