@@ -5,9 +5,11 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::error::{FORMAT, PictureError};
+use super::source::PictureError;
 use crate::support::file_error::FileError;
 
+/// Version of the file, the value of `soilsig_frames`.
+const FORMAT: u32 = 1;
 /// Greatest valid coordinate, um.
 const FARTHEST_UM: f64 = 1e9;
 /// Most panels of a strip.
@@ -40,14 +42,15 @@ impl Frames {
     /// Reads the file and checks it against the prototypes of its scene.
     pub fn read(path: &Path, known: &[&str]) -> Result<Self, PictureError> {
         let text = fs::read_to_string(path).map_err(FileError::read(path))?;
+        let again = "run the pipeline again: it writes the version that this program reads";
         let frames: Self = serde_json::from_str(&text)
-            .map_err(|error| FileError::wrong(path, error.to_string()))?;
-        frames
-            .check(known)
-            .map_err(|(place, problem)| FileError::wrong_at(path, place, problem))?;
+            .map_err(|error| FileError::wrong(path, error.to_string()).with_hint(again))?;
+        let wrong = |(place, problem)| FileError::wrong_at(path, place, problem).with_hint(again);
+        frames.check(known).map_err(wrong)?;
         Ok(frames)
     }
 
+    /// Returns the place and the problem of what is wrong.
     fn check(&self, known: &[&str]) -> Result<(), (String, String)> {
         let wrong = |place: &str, problem: String| Err((place.to_owned(), problem));
         if self.soilsig_frames != FORMAT {
@@ -65,7 +68,7 @@ impl Frames {
         }
         for (i, frame) in self.frames.iter().enumerate() {
             let mut numbers = frame.transforms.iter().flatten();
-            if !frame.time_s.is_finite() || numbers.any(|x| x.abs() > FARTHEST_UM) {
+            if numbers.any(|x| x.abs() > FARTHEST_UM) {
                 return wrong(&format!("frames[{i}]"), "a number is beyond a kilometre".into());
             }
             let (places, grains) = (frame.transforms.len(), self.prototypes.len());

@@ -11,8 +11,9 @@ use super::stage::Stage;
 use super::{Look, PictureError};
 use crate::draw::plot::svg::{Anchor, Svg, text_width};
 use crate::geometry::ingest;
-use crate::scene::{Placed, Scene, SceneGeometry};
+use crate::scene::{Placed, Prototype, Scene, SceneGeometry};
 use crate::support::error::Error;
+use crate::support::file_error::FileError;
 use crate::support::monitor::Monitor;
 use crate::support::output;
 
@@ -28,15 +29,12 @@ pub fn grain(
     monitor: &dyn Monitor,
 ) -> Result<(), Error> {
     let placed = scene.placed()?;
-    let names = || placed.prototypes.iter().map(|prototype| prototype.name.as_str());
-    let chosen = match prototype {
-        None => placed.prototypes.first(),
-        Some(name) => placed.prototypes.iter().find(|prototype| prototype.name == name),
-    };
-    let chosen = chosen.ok_or_else(|| PictureError::NoPrototype {
-        scene: scene.file.clone(),
-        wanted: prototype.unwrap_or_default().to_owned(),
-        known: names().collect::<Vec<_>>().join(", "),
+    let wanted = |one: &&Prototype| prototype.is_none_or(|name| one.name == name);
+    let chosen = placed.prototypes.iter().find(wanted).ok_or_else(|| {
+        let names: Vec<&str> = placed.prototypes.iter().map(|one| one.name.as_str()).collect();
+        let (wanted, known) = (prototype.unwrap_or_default(), names.join(", "));
+        let problem = format!("there is no prototype {wanted:?}: it has {known}");
+        PictureError::from(FileError::wrong(&scene.file, problem))
     })?;
     let placed = Placed { prototypes: vec![chosen.clone()], instances: None, domain: None };
     let alone = Scene { geometry: SceneGeometry::Placed(placed), ..scene.clone() };

@@ -5,7 +5,6 @@ pub(crate) mod camera;
 pub(crate) mod canvas;
 mod coverages;
 mod drop;
-mod error;
 mod frames;
 mod grain;
 mod light;
@@ -18,12 +17,10 @@ mod visible;
 
 pub use coverages::coverages;
 pub use drop::drop;
-pub use error::FORMAT;
-pub use error::PictureError;
 pub use frames::MOST_PANELS;
 pub use grain::grain;
 pub use patch::{patch, sensor_view};
-pub use source::placed_scene;
+pub use source::{PictureError, placed_scene};
 
 /// The viewpoint and size of a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -60,42 +60,26 @@ fn define(about: &About) -> Result<DataSet, InvalidDataSet> {
 
     let (length, of) =
         if about.pixel_um.is_some() { ("um", "middle of the pixel") } else { ("1", "pixel") };
-    let [upper, left] =
-        ["upper", "left"].map(|edge| format!("{of}, from the {edge} edge of the view"));
-    let of_error = format!("{RADIANCE} standard_error");
-    // Blanks separate the meanings.
-    let meanings: Vec<String> = about.materials.iter().map(|name| name.replace(' ', "_")).collect();
-    let meanings = meanings.join(" ");
-    let (name, long, units) = ("standard_name", "long_name", "units");
-    let l_units = (units, "W m-2 sr-1 um-1");
-    let variables: [(&str, &[(&str, &str)]); 10] = [
-        ("y", &[(long, &upper), (units, length), ("axis", "Y")]),
-        ("x", &[(long, &left), (units, length), ("axis", "X")]),
-        ("wavelength", &[(name, "radiation_wavelength"), (units, "um")]),
-        (
-            CUBES[0],
-            &[
-                (name, RADIANCE),
-                (long, "radiance at the sensor"),
-                l_units,
-                ("ancillary_variables", CUBES[1]),
-            ],
-        ),
-        (
-            CUBES[1],
-            &[
-                (name, &of_error),
-                (long, "standard error of the radiance, rays and sensor noise"),
-                l_units,
-            ],
-        ),
-        (CUBES[2], &[(long, "emissivity of the bed towards the sensor"), (units, "1")]),
-        (MAPS[0], &[(long, "material that fills most of the pixel"), ("flag_meanings", &meanings)]),
-        (MAPS[1], &[(long, "mean number of hits of a path"), (units, "1")]),
-        (MAPS[2], &[(long, "paths of the pixel"), (units, "1")]),
-        (MAPS[3], &[(long, "standard error of the emissivity in the widest band"), (units, "1")]),
-    ];
-    for (name, texts) in variables {
+    // A line for each variable: its name, then its attributes.
+    let variables = format!(
+        "y | long_name: {of}, from the upper edge of the view | units: {length} | axis: Y\n\
+         x | long_name: {of}, from the left edge of the view | units: {length} | axis: X\n\
+         wavelength | standard_name: radiation_wavelength | units: um\n\
+         radiance | standard_name: {RADIANCE} | long_name: radiance at the sensor | \
+         units: W m-2 sr-1 um-1 | ancillary_variables: radiance_standard_error\n\
+         radiance_standard_error | standard_name: {RADIANCE} standard_error | \
+         long_name: standard error of the radiance, rays and sensor noise | \
+         units: W m-2 sr-1 um-1\n\
+         emissivity | long_name: emissivity of the bed towards the sensor | units: 1\n\
+         material | long_name: material that fills most of the pixel\n\
+         hits | long_name: mean number of hits of a path | units: 1\n\
+         paths | long_name: paths of the pixel | units: 1\n\
+         emissivity_standard_error | long_name: standard error of the emissivity in the widest \
+         band | units: 1"
+    );
+    for line in variables.lines() {
+        let mut parts = line.split(" | ");
+        let name = parts.next().expect("a line is not empty");
         if CUBES.contains(&name) {
             set.add_var_f32(name, &["y", "wavelength", "x"])?;
         } else if MAPS.contains(&name) {
@@ -103,10 +87,13 @@ fn define(about: &About) -> Result<DataSet, InvalidDataSet> {
         } else {
             set.add_var_f64(name, &[name])?;
         }
-        for (key, text) in texts.iter().filter(|(_, text)| !text.is_empty()) {
+        for (key, text) in parts.filter_map(|part| part.split_once(": ")) {
             set.add_var_attr_string(name, key, text)?;
         }
     }
+    // Blanks separate the meanings.
+    let meanings: Vec<String> = about.materials.iter().map(|name| name.replace(' ', "_")).collect();
+    set.add_var_attr_string(MAPS[0], "flag_meanings", meanings.join(" "))?;
     let flags = (0..about.materials.len()).map(|i| i as f32).collect();
     set.add_var_attr_f32(MAPS[0], "flag_values", flags)?;
     Ok(set)

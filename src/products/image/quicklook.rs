@@ -51,28 +51,19 @@ impl Look<'_> {
         digits: usize,
         path: &Path,
     ) -> Result<(), Error> {
-        let (least, most) = stretch(values);
-        let pixel = |value: &f32| {
-            if value.is_nan() {
-                UNKNOWN
-            } else {
-                ramp((f64::from(*value) - least) / (most - least))
-            }
-        };
-        let pixels: Vec<[u8; 3]> = values.iter().map(pixel).collect();
-        self.write(&pixels, path, |svg, [left, top, width]| {
-            svg.text((left, top + 16.0), Anchor::Start, TEXT, &format!("{}: {what}", self.title));
+        let scale = Scale::of(values);
+        let pixel = |value: &f32| if value.is_nan() { UNKNOWN } else { ramp(scale.share(*value)) };
+        self.write(values.iter().map(pixel).collect(), what, path, |svg, [left, top, width]| {
             let steps = 128;
             for step in 0..steps {
                 let share = f64::from(step) / f64::from(steps);
-                let [r, g, b] = ramp(share);
-                let style = format!("fill='rgb({r},{g},{b})'");
                 let x = left + share * width;
+                let style = fill(ramp(share));
                 svg.rectangle((x, top + 24.0), (width / f64::from(steps) + 0.5, 10.0), &style);
             }
             for (share, anchor) in [(0.0, Anchor::Start), (0.5, Anchor::Middle), (1.0, Anchor::End)]
             {
-                let text = format!("{:.digits$} {unit}", least + share * (most - least));
+                let text = format!("{:.digits$} {unit}", scale.least + share * scale.range);
                 svg.text((left + share * width, top + 50.0), anchor, TEXT, &text);
             }
         })
@@ -85,32 +76,24 @@ impl Look<'_> {
         names: &[String; 3],
         path: &Path,
     ) -> Result<(), Error> {
-        let scales = [0, 1, 2].map(|i| stretch(&channels[i]));
-        let pixels: Vec<[u8; 3]> = (0..channels[0].len())
-            .map(|at| {
-                if channels.iter().any(|channel| channel[at].is_nan()) {
-                    return UNKNOWN;
-                }
-                [0, 1, 2].map(|i| {
-                    let (least, most) = scales[i];
-                    let share = (f64::from(channels[i][at]) - least) / (most - least);
-                    (255.0 * share.clamp(0.0, 1.0)).round() as u8
-                })
-            })
-            .collect();
-        self.write(&pixels, path, |svg, [left, top, width]| {
-            let text =
-                format!("{}: apparent emissivity (Eq. 3), each colour stretched", self.title);
-            svg.text((left, top + 16.0), Anchor::Start, TEXT, &text);
-            let colours = ["#b01515", "#137a1b", "#1c36c4"];
-            for (i, ((name, (least, most)), colour)) in
-                names.iter().zip(scales).zip(colours).enumerate()
-            {
+        let scales = [0, 1, 2].map(|i| Scale::of(&channels[i]));
+        let pixel = |at: usize| {
+            let values = [0, 1, 2].map(|i| channels[i][at]);
+            if values.iter().any(|value| value.is_nan()) {
+                return UNKNOWN;
+            }
+            [0, 1, 2].map(|i| (255.0 * scales[i].share(values[i])).round() as u8)
+        };
+        let pixels = (0..channels[0].len()).map(pixel).collect();
+        let what = "apparent emissivity (Eq. 3), each colour stretched";
+        self.write(pixels, what, path, |svg, [left, top, width]| {
+            let colours = ["#b01515", "#137a1b", "#1c36c4"].map(|ink| format!("fill='{ink}'"));
+            for (i, (name, Scale { least, range })) in names.iter().zip(&scales).enumerate() {
                 let x = left + width * i as f64 / 3.0;
-                let style = format!("fill='{colour}'");
-                svg.styled_text((x, top + 36.0), Anchor::Start, TEXT, name, &style);
-                let text = format!("{least:.3} to {most:.3}");
-                svg.styled_text((x, top + 52.0), Anchor::Start, TEXT, &text, &style);
+                let text = format!("{least:.3} to {:.3}", least + range);
+                for (y, text) in [(top + 36.0, name), (top + 52.0, &text)] {
+                    svg.styled_text((x, y), Anchor::Start, TEXT, text, &colours[i]);
+                }
             }
         })
     }
@@ -124,25 +107,23 @@ impl Look<'_> {
     ) -> Result<(), Error> {
         let of = |material: usize| colour(material).map(|level| (255.0 * level).round() as u8);
         let pixel = |value: &f32| if value.is_nan() { UNKNOWN } else { of(*value as usize) };
-        let pixels: Vec<[u8; 3]> = values.iter().map(pixel).collect();
-        self.write(&pixels, path, |svg, [left, top, width]| {
-            let text = format!("{}: the material that fills most of each pixel", self.title);
-            svg.text((left, top + 16.0), Anchor::Start, TEXT, &text);
+        let what = "the material that fills most of each pixel";
+        self.write(values.iter().map(pixel).collect(), what, path, |svg, [left, top, width]| {
             for (i, name) in names.iter().enumerate() {
-                let [r, g, b] = of(i);
                 let x = left + width * i as f64 / names.len() as f64;
-                let style = format!("fill='rgb({r},{g},{b})' stroke='#1a1a1a'");
+                let style = fill(of(i)) + " stroke='#1a1a1a'";
                 svg.rectangle((x, top + 30.0), (14.0, 14.0), &style);
                 svg.text((x + 20.0, top + 43.0), Anchor::Start, TEXT, name);
             }
         })
     }
 
-    /// Writes the pixels enlarged by a whole factor, with a caption below. The caption gets its left,
-    /// its top and its width.
+    /// Writes the pixels enlarged by a whole factor, with a caption below: a line of text, and what
+    /// `caption` draws below it. It gets left, top and width.
     fn write(
         &self,
-        pixels: &[[u8; 3]],
+        pixels: Vec<[u8; 3]>,
+        what: &str,
         path: &Path,
         caption: impl FnOnce(&mut Svg, [f64; 3]),
     ) -> Result<(), Error> {
@@ -152,32 +133,56 @@ impl Look<'_> {
         let times = LEAST_WIDTH.div_ceil(self.columns).min(MOST_SIDE / longest).max(1);
         let coarser = longest.div_ceil(MOST_SIDE);
         let [width, height] = [self.columns, lines].map(|side| side.div_ceil(coarser) * times);
-        let mut image = Canvas::new(width, height, UNKNOWN);
-        for (at, rgb) in image.rgb.chunks_exact_mut(3).enumerate() {
-            let [x, y] = [at % width, at / width].map(|at| at / times * coarser);
-            rgb.copy_from_slice(&pixels[y * self.columns + x]);
+        let mut canvas = Canvas::new(width + 2 * MARGIN, height + 2 * MARGIN + CAPTION, [255; 3]);
+        let rows = canvas.rgb.chunks_exact_mut(3 * (width + 2 * MARGIN)).skip(MARGIN).take(height);
+        for (y, row) in rows.enumerate() {
+            let of_line = &pixels[y / times * coarser * self.columns..][..self.columns];
+            for (x, rgb) in row.chunks_exact_mut(3).skip(MARGIN).take(width).enumerate() {
+                rgb.copy_from_slice(&of_line[x / times * coarser]);
+            }
         }
-        let size = [image.width + 2 * MARGIN, image.height + 2 * MARGIN + CAPTION];
-        let mut canvas = Canvas::new(size[0], size[1], [255; 3]);
-        canvas.paste((MARGIN, MARGIN), &image);
-        let room = [MARGIN, 2 * MARGIN + image.height, image.width].map(|px| px as f64);
-        canvas.annotate(|svg| caption(svg, [room[0], room[1] - 6.0, room[2]]))?;
+        let [left, top, width] = [MARGIN, 2 * MARGIN + height - 6, width].map(|px| px as f64);
+        canvas.annotate(|svg| {
+            let text = format!("{}: {what}", self.title);
+            svg.text((left, top + 16.0), Anchor::Start, TEXT, &text);
+            caption(svg, [left, top, width]);
+        })?;
         Ok(output::bytes(path, &canvas.png(None))?)
     }
 }
 
-/// The ends of a scale.
-fn stretch(values: &[f32]) -> (f64, f64) {
-    let mut known: Vec<f32> = values.iter().copied().filter(|value| !value.is_nan()).collect();
-    known.sort_by(f32::total_cmp);
-    let Some(last) = known.len().checked_sub(1) else { return (0.0, 1.0) };
-    let at = |share: f64| f64::from(known[(share * last as f64).round() as usize]);
-    let (least, most) = (at(BEYOND), at(1.0 - BEYOND));
-    if most > least { (least, most) } else { (least - 0.5, least + 0.5) }
+/// A scale from the least to the greatest number, without extremes.
+struct Scale {
+    least: f64,
+    range: f64,
+}
+
+impl Scale {
+    fn of(values: &[f32]) -> Self {
+        let mut known: Vec<f32> = values.iter().copied().filter(|value| !value.is_nan()).collect();
+        known.sort_by(f32::total_cmp);
+        let Some(last) = known.len().checked_sub(1) else { return Self { least: 0.0, range: 1.0 } };
+        let at = |share: f64| f64::from(known[(share * last as f64).round() as usize]);
+        let (least, most) = (at(BEYOND), at(1.0 - BEYOND));
+        if most > least {
+            Self { least, range: most - least }
+        } else {
+            Self { least: least - 0.5, range: 1.0 }
+        }
+    }
+
+    /// 0 to 1 from the least to the greatest number.
+    fn share(&self, value: f32) -> f64 {
+        ((f64::from(value) - self.least) / self.range).clamp(0.0, 1.0)
+    }
+}
+
+fn fill([r, g, b]: [u8; 3]) -> String {
+    format!("fill='rgb({r},{g},{b})'")
 }
 
 fn ramp(share: f64) -> [u8; 3] {
-    let at = share.clamp(0.0, 1.0) * (RAMP.len() - 1) as f64;
+    let at = share * (RAMP.len() - 1) as f64;
     let below = (at as usize).min(RAMP.len() - 2);
     [0, 1, 2].map(|i| {
         let (a, b) = (RAMP[below][i], RAMP[below + 1][i]);
