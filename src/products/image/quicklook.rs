@@ -53,20 +53,26 @@ impl Look<'_> {
     ) -> Result<(), Error> {
         let scale = Scale::of(values);
         let pixel = |value: &f32| if value.is_nan() { UNKNOWN } else { ramp(scale.share(*value)) };
-        self.write(values.iter().map(pixel).collect(), what, path, |svg, [left, top, width]| {
-            let steps = 128;
-            for step in 0..steps {
-                let share = f64::from(step) / f64::from(steps);
-                let x = left + share * width;
-                let style = fill(ramp(share));
-                svg.rectangle((x, top + 24.0), (width / f64::from(steps) + 0.5, 10.0), &style);
-            }
-            for (share, anchor) in [(0.0, Anchor::Start), (0.5, Anchor::Middle), (1.0, Anchor::End)]
-            {
-                let text = format!("{:.digits$} {unit}", scale.least + share * scale.range);
-                svg.text((left + share * width, top + 50.0), anchor, TEXT, &text);
-            }
-        })
+        self.write(
+            &values.iter().map(pixel).collect::<Vec<_>>(),
+            what,
+            path,
+            |svg, [left, top, width]| {
+                let steps = 128;
+                for step in 0..steps {
+                    let share = f64::from(step) / f64::from(steps);
+                    let x = left + share * width;
+                    let style = fill(ramp(share));
+                    svg.rectangle((x, top + 24.0), (width / f64::from(steps) + 0.5, 10.0), &style);
+                }
+                for (share, anchor) in
+                    [(0.0, Anchor::Start), (0.5, Anchor::Middle), (1.0, Anchor::End)]
+                {
+                    let text = format!("{:.digits$} {unit}", scale.least + share * scale.range);
+                    svg.text((left + share * width, top + 50.0), anchor, TEXT, &text);
+                }
+            },
+        )
     }
 
     /// Apparent emissivity in three bands as red, green and blue, each with its own scale.
@@ -84,9 +90,9 @@ impl Look<'_> {
             }
             [0, 1, 2].map(|i| (255.0 * scales[i].share(values[i])).round() as u8)
         };
-        let pixels = (0..channels[0].len()).map(pixel).collect();
+        let pixels: Vec<[u8; 3]> = (0..channels[0].len()).map(pixel).collect();
         let what = "apparent emissivity (Eq. 3), each colour stretched";
-        self.write(pixels, what, path, |svg, [left, top, width]| {
+        self.write(&pixels, what, path, |svg, [left, top, width]| {
             let colours = ["#b01515", "#137a1b", "#1c36c4"].map(|ink| format!("fill='{ink}'"));
             for (i, (name, Scale { least, range })) in names.iter().zip(&scales).enumerate() {
                 let x = left + width * i as f64 / 3.0;
@@ -108,21 +114,26 @@ impl Look<'_> {
         let of = |material: usize| colour(material).map(|level| (255.0 * level).round() as u8);
         let pixel = |value: &f32| if value.is_nan() { UNKNOWN } else { of(*value as usize) };
         let what = "the material that fills most of each pixel";
-        self.write(values.iter().map(pixel).collect(), what, path, |svg, [left, top, width]| {
-            for (i, name) in names.iter().enumerate() {
-                let x = left + width * i as f64 / names.len() as f64;
-                let style = fill(of(i)) + " stroke='#1a1a1a'";
-                svg.rectangle((x, top + 30.0), (14.0, 14.0), &style);
-                svg.text((x + 20.0, top + 43.0), Anchor::Start, TEXT, name);
-            }
-        })
+        self.write(
+            &values.iter().map(pixel).collect::<Vec<_>>(),
+            what,
+            path,
+            |svg, [left, top, width]| {
+                for (i, name) in names.iter().enumerate() {
+                    let x = left + width * i as f64 / names.len() as f64;
+                    let style = fill(of(i)) + " stroke='#1a1a1a'";
+                    svg.rectangle((x, top + 30.0), (14.0, 14.0), &style);
+                    svg.text((x + 20.0, top + 43.0), Anchor::Start, TEXT, name);
+                }
+            },
+        )
     }
 
     /// Writes the pixels enlarged by a whole factor, with a caption below: a line of text, and what
     /// `caption` draws below it. It gets left, top and width.
     fn write(
         &self,
-        pixels: Vec<[u8; 3]>,
+        pixels: &[[u8; 3]],
         what: &str,
         path: &Path,
         caption: impl FnOnce(&mut Svg, [f64; 3]),

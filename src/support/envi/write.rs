@@ -42,22 +42,24 @@ impl Contents<'_> {
         let mut text = format!(
             "ENVI\ndescription = {{soilsig: {quantity}}}\nsamples = {samples}\nlines = {lines}\n\
              bands = {bands}\nheader offset = 0\nfile type = ENVI {file_type}\n\
-             data type = {data_type}\ninterleave = bsq\nbyte order = 0\n{scale}"
+             data type = {data_type}\ninterleave = bsq\nbyte order = 0\n"
         );
+        let has_spectrum = !self.wavelengths_um.is_empty();
+        if has_spectrum {
+            let _ = write!(
+                text,
+                "wavelength units = Micrometers\n{scale}z plot titles = {{Wavelength (um), {}}}\n",
+                quantity.replace(',', " ")
+            );
+        }
         if !self.names.is_empty() {
             // A header has no way to quote these characters.
             let names = self.names.iter().map(|name| name.replace(['{', '}', ','], " "));
             let _ = writeln!(text, "{of_names} = {{{}}}", names.collect::<Vec<_>>().join(", "));
         }
-        if !self.wavelengths_um.is_empty() {
+        if has_spectrum {
             let um: Vec<String> = self.wavelengths_um.iter().map(f64::to_string).collect();
-            let _ = writeln!(
-                text,
-                "wavelength units = Micrometers\nz plot titles = {{Wavelength (um), {}}}\n\
-                 wavelength = {{{}}}",
-                quantity.replace(',', " "),
-                um.join(", ")
-            );
+            let _ = writeln!(text, "wavelength = {{{}}}", um.join(", "));
         }
         text
     }
