@@ -12,7 +12,7 @@ use crate::support::output;
 /// Weights for 0 to 90 degrees.
 const WEIGHTS: usize = 91;
 
-/// Reads both forms: curves that start with `CURVE_BEGIN`, in um, and the old ones that start with their
+/// Reads both forms: curves that begin with `CURVE_BEGIN`, in um, and old ones that begin with their
 /// number, in cm-1.
 pub(super) fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, SpectrumError> {
     let text = text(path)?;
@@ -21,7 +21,7 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, Spe
         .enumerate()
         .map(|(i, line)| (i + 1, line.trim()))
         .filter(|(_, line)| !line.is_empty());
-    let ends = || wrong(path, text.lines().count(), "the file ends early");
+    let ends = || wrong(path, text.lines().count(), "the file is cut short");
     let (at, count) = lines.next().ok_or_else(ends)?;
     let count: usize = count
         .parse()
@@ -38,15 +38,12 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, Spe
             (["CURVE_BEGIN"], _) => curves.push((Unit::Micrometre, Vec::new())),
             ([_], _) => curves.push((Unit::Wavenumber, Vec::new())),
             (_, Some((unit, rows))) => rows.push(row(path, i, *unit, &fields)?),
-            (_, None) => return Err(wrong(path, i, "a curve starts with CURVE_BEGIN")),
+            (_, None) => return Err(wrong(path, i, "a curve must begin with CURVE_BEGIN")),
         }
     }
     if curves.len() != count {
-        return Err(wrong(
-            path,
-            at,
-            format!("{count} curves are announced, {} are there", curves.len()),
-        ));
+        let problem = format!("{count} curves are announced, {} are there", curves.len());
+        return Err(wrong(path, at, problem));
     }
     let is_one = count == 1;
     curves

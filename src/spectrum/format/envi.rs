@@ -8,6 +8,7 @@ use crate::spectrum::SpectrumError;
 use crate::spectrum::tabulated::Warning;
 use crate::support::envi::{self, Header};
 use crate::support::error::Error;
+use crate::support::file_error::FileError;
 use crate::support::output;
 
 /// Reads every spectrum of a library; `path` is the .sli or its .hdr.
@@ -81,10 +82,15 @@ fn quantity(header: &Header, path: &Path, reading: &Reading) -> Result<Quantity,
         refuse_transmission(path, label)?;
     }
     reading.quantity.or_else(|| labels.iter().find_map(|label| Quantity::named(label))).ok_or_else(
-        || SpectrumError::File {
-            path: path.to_owned(),
-            problem: "the file does not say whether it holds reflectance or emissivity".into(),
-            hint: "say it: `soilsig spectra convert FILE --quantity reflectance --out FILE.csv`",
+        || {
+            FileError::wrong(
+                path,
+                "the file does not say whether it holds reflectance or emissivity",
+            )
+            .with_hint(
+                "say it: `soilsig spectra convert FILE --quantity reflectance --out FILE.csv`",
+            )
+            .into()
         },
     )
 }
