@@ -130,7 +130,7 @@ impl Columns {
         FileError::wrong_in_line(&self.path, line, problem).into()
     }
 
-    pub(super) fn wrong_file(&self, problem: impl Into<String>) -> RadiometryError {
+    pub(super) fn wrong_file(&self, problem: impl Into<Box<str>>) -> RadiometryError {
         FileError::wrong(&self.path, problem).into()
     }
 

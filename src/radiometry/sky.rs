@@ -44,9 +44,8 @@ impl SkyTable {
             return Err(columns.wrong_file(problem));
         }
         columns.two_at_least(&wavelength_um)?;
-        let named = |um: f64, zenith: f64| match is_by_zenith {
-            true => format!("{um} um at {zenith} degrees"),
-            false => format!("{um} um"),
+        let named = |um: f64, zenith: f64| {
+            if is_by_zenith { format!("{um} um at {zenith} degrees") } else { format!("{um} um") }
         };
         let mut l_sky = vec![vec![f64::NAN; wavelength_um.len()]; zenith_deg.len()];
         let place = |values: &[f64], value: f64| values.partition_point(|&v| v < value);

@@ -193,7 +193,7 @@ impl Scene {
                 .with_hint("`soilsig schema scene` prints the format; docs/scene.md explains it")
         })?;
         scene.check().map_err(|(place, problem)| FileError::wrong_at(path, place, problem))?;
-        scene.file = path.to_owned();
+        path.clone_into(&mut scene.file);
         Ok(scene)
     }
 
@@ -239,7 +239,7 @@ impl Scene {
     pub fn files_mut(&mut self) -> Vec<SceneFile<'_>> {
         let mut files = Vec::new();
         let mut add =
-            |label: String, path, is_table| files.push(SceneFile { label, path, is_table });
+            |label: String, path, is_table| files.push(SceneFile { path, label, is_table });
         for (i, material) in self.materials.iter_mut().enumerate() {
             let (spectrum, tables) = material.spectrum.files_mut();
             if let Some(path) = spectrum {

@@ -197,7 +197,7 @@ fn refuse_transmission(path: &Path, label: &str) -> Result<(), SpectrumError> {
     Ok(())
 }
 
-fn wrong(path: &Path, line: usize, problem: impl Into<String>) -> SpectrumError {
+fn wrong(path: &Path, line: usize, problem: impl Into<Box<str>>) -> SpectrumError {
     FileError::wrong_in_line(path, line as u64, problem).into()
 }
 
