@@ -69,7 +69,8 @@ impl Columns {
         self.column(heading)?.ok_or_else(|| self.lacks(heading))
     }
 
-    /// A column of radiance, W m-2 sr-1 um-1, by its heading without the unit; `None` if it is missing.
+    /// A column of radiance, W m-2 sr-1 um-1, by its heading without the unit; `None` if it is
+    /// missing.
     pub fn radiance(&self, stem: &str) -> Result<Option<Vec<f64>>, RadiometryError> {
         for (unit, factor) in RADIANCE_UNITS {
             if let Some(values) = self.column(&format!("{stem}{unit}"))? {

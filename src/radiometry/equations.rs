@@ -5,8 +5,8 @@ pub fn l_target(l_emitted: f64, l_reflected: f64) -> f64 {
     l_emitted + l_reflected
 }
 
-/// Eq. 2: the target's emissivity from its radiance. Under a cold black sky (`l_downwelling` = 0) it
-/// is Eq. 3.
+/// Eq. 2: the target's emissivity from its radiance. Under a cold black sky (`l_downwelling` = 0)
+/// it is Eq. 3.
 pub fn emissivity(l_target: f64, l_blackbody: f64, l_downwelling: f64) -> f64 {
     (l_target - l_downwelling) / (l_blackbody - l_downwelling)
 }

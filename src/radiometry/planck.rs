@@ -35,7 +35,8 @@ pub fn brightness_temperature_k(wavelength_um: f64, l: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// W m-2 sr-1 um-1, by mpmath 1.3.0 with 50 digits, here rounded to 13, from the exact constants of CODATA 2019:
+    /// W m-2 sr-1 um-1, by mpmath 1.3.0 with 50 digits, here rounded to 13, from the exact
+    /// constants of CODATA 2019:
     ///
     /// ```python
     /// from mpmath import mp, mpf, expm1

@@ -24,8 +24,8 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// From the radiance at a sensor and its standard error. `path` is the transmittance and the path
-    /// radiance of the atmosphere.
+    /// From the radiance at a sensor and its standard error. `path` is the transmittance and the
+    /// path radiance of the atmosphere.
     pub fn at_sensor(
         wavelength_um: f64,
         [l, l_error]: [f64; 2],
@@ -42,8 +42,8 @@ impl Measured {
         }
     }
 
-    /// Temperature of a black body of that radiance, with its standard error; `None` if the radiance
-    /// is not above 0.
+    /// Temperature of a black body of that radiance, with its standard error; `None` if the
+    /// radiance is not above 0.
     pub fn brightness_temperature(&self) -> Option<Temperature> {
         let k = brightness_temperature_k(self.wavelength_um, self.l_target)?;
         Some(Temperature {
@@ -101,8 +101,8 @@ pub struct Retrieved {
 }
 
 impl Retrieved {
-    /// Eq. 2 with the errors of radiance, sky and temperature. The band is masked if the amplification
-    /// is above the limit.
+    /// Eq. 2 with the errors of radiance, sky and temperature. The band is masked if the
+    /// amplification is above the limit.
     pub fn new(measured: &Measured, temperature: Temperature, assumed: Assumed) -> Self {
         let Measured { wavelength_um, l_target, l_downwelling, .. } = *measured;
         let amplification = measured.amplification(temperature.k);
@@ -152,7 +152,7 @@ mod tests {
     const AT_300_K: Temperature = Temperature { k: 300.0, error_k: 0.0 };
 
     #[test]
-    fn bands_that_amplify_beyond_the_limit_have_no_number_and_are_named() {
+    fn bands_that_amplify_beyond_the_limit_are_masked_and_named() {
         // At 290 K the sky amplifies 5.34 to 7.64 times between 8 and 12 um; at 300 K without end.
         let bands = |sky_k: f64, limit: f64| -> Vec<Retrieved> {
             let assumed = Assumed { amplification_limit: limit, ..Assumed::EXACT };
@@ -183,7 +183,7 @@ mod tests {
             let measured = Measured::at_sensor(9.0, [at_sensor, 0.01], l_d, Some((tau, 1.5)));
             Retrieved::new(&measured, AT_300_K, Assumed::EXACT)
         };
-        let [e, error] = seen(0.5).emissivity.expect("it is told");
+        let [e, error] = seen(0.5).emissivity.expect("not masked");
         assert!((e - 0.6).abs() < 1e-12);
         assert!((error - 0.02 / (planck(9.0, 300.0) - l_d)).abs() < 1e-12);
         // 2.232 times without, over 10 with a fifth of the light.
@@ -195,8 +195,8 @@ mod tests {
         let l_d = planck(9.0, 270.0);
         let warm = Temperature { k: 301.0, error_k: 1.0 };
         let of = |t| Retrieved::new(&measured(9.0, 300.0, 0.6, l_d), t, Assumed::EXACT);
-        let [e, error] = of(warm).emissivity.expect("it is told");
-        // 0.576888 is exact, for a sky of 270 K and a kelvin too much; the error is that to first order.
+        let [e, error] = of(warm).emissivity.expect("not masked");
+        // Exact for a sky of 270 K and a kelvin too much; the error is that to first order.
         assert!(
             (e - 0.576_888).abs() < 1e-6 && (error / (0.6 - e) - 1.0).abs() < 0.05,
             "{e} {error}"
@@ -204,7 +204,7 @@ mod tests {
         let blurred = Assumed { downwelling_error: 0.1, ..Assumed::EXACT };
         let [_, error] = Retrieved::new(&measured(9.0, 300.0, 0.6, l_d), AT_300_K, blurred)
             .emissivity
-            .expect("it is told");
+            .expect("not masked");
         assert!((error - 0.4 * 0.1 * l_d / (planck(9.0, 300.0) - l_d)).abs() < 1e-12);
     }
 }

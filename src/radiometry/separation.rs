@@ -45,8 +45,8 @@ const MMD_UM: [f64; 2] = [8.0, 12.0];
 /// settled patch (.0006 to .049). Over the data of the regression it is .015 (Gillespie et al.,
 /// ATBD 2.4, 1999).
 const NEM_ERROR: f64 = 0.035;
-/// Range in which quartz is black, um. Measured powders have an emissivity of .997 to 1.000 at 7.344
-/// to 7.354 um.
+/// Range in which quartz is black, um. Measured powders have an emissivity of .997 to 1.000 at
+/// 7.344 to 7.354 um.
 const CHRISTIANSEN_UM: [f64; 2] = [7.33, 7.39];
 /// Emissivity of quartz there.
 const CHRISTIANSEN_EMISSIVITY: f64 = 0.997;
@@ -141,8 +141,8 @@ fn smoothed(bands: &[Measured], values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// The bands that amplify errors little at the highest brightness temperature, and that temperature,
-/// K.
+/// The bands that amplify errors little at the highest brightness temperature, and that
+/// temperature, K.
 fn usable(
     method: Method,
     bands: &[Measured],
@@ -292,8 +292,8 @@ fn smoothness(bands: &[Measured], assumed: Assumed) -> Result<Temperature, Radio
     if slope.sqrt() < LEAST_SIGNAL * scale * rough.sqrt() {
         return Err(no_signal());
     }
-    // The remaining roughness counts as noise. Neighbouring second differences are correlated, which
-    // raises the variance by a factor of at most 8/3.
+    // The remaining roughness counts as noise. Neighbouring second differences are correlated,
+    // which raises the variance by a factor of at most 8/3.
     let variance = 8.0 / 3.0 * rough / (usable.len() - 3).max(1) as f64 / slope;
     Ok(Temperature { k, error_k: variance.sqrt() })
 }

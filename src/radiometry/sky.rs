@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::{Columns, RadiometryError};
 use crate::support::linear::{OutOfRange, ends, interpolate, locate};
 
-/// Radiance of the sky by wavelength and, if it depends on it, by zenith angle. It is linear between
-/// the points.
+/// Radiance of the sky by wavelength and, if it depends on it, by zenith angle. It is linear
+/// between the points.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SkyTable {
@@ -24,7 +24,8 @@ pub struct SkyTable {
 
 impl SkyTable {
     /// Reads a CSV file with the columns `wavelength_um` and `l_downwelling_w_m2_sr_um`. A sky that
-    /// depends on the zenith angle has a column `zenith_deg` too, with all wavelengths at each angle.
+    /// depends on the zenith angle has a column `zenith_deg` too, with all wavelengths at each
+    /// angle.
     pub fn read(path: &Path) -> Result<Self, RadiometryError> {
         let columns = Columns::read(path)?;
         let l = columns.needed_radiance("l_downwelling")?;

@@ -91,15 +91,16 @@ pub struct Scene {
     /// Temperature of all materials without their own, K, 1 to 10000.
     #[schemars(range(min = 1.0, max = 10_000.0))]
     pub temperature_k: f64,
-    /// Temperature of the sky, K, 1 to 10000. Default: a cold black sky (`l_downwelling` = 0), as in
-    /// the paper.
+    /// Temperature of the sky, K, 1 to 10000. Default: a cold black sky (`l_downwelling` = 0), as
+    /// in the paper.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sky_temperature_k: Option<Sky>,
     /// Radiance of the sky from a file, in place of `sky_temperature_k`. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sky_radiance: Option<SkyRadiance>,
     /// A CSV file of the atmosphere between target and sensor, relative to the scene file. Its
-    /// columns are `wavelength_um`, `transmittance` and `l_path_w_m2_sr_um`. Default: no atmosphere.
+    /// columns are `wavelength_um`, `transmittance` and `l_path_w_m2_sr_um`. Default: no
+    /// atmosphere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub atmosphere_file: Option<PathBuf>,
     /// The direction to the sensor.
@@ -130,8 +131,8 @@ pub struct View {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
-    /// Name of the material for `usemtl` in .obj files, for glTF materials and for other keys of the
-    /// scene. No two materials have the same name.
+    /// Name of the material for `usemtl` in .obj files, for glTF materials and for other keys of
+    /// the scene. No two materials have the same name.
     pub name: String,
     /// Emissivity of a facet by wavelength.
     pub spectrum: SpectrumSource,
@@ -234,8 +235,8 @@ impl Scene {
         self.clone().files_mut().iter().map(|file| self.path_of(file.path)).collect()
     }
 
-    /// All files that the scene names besides meshes and grains: spectra, pure beds, sky, atmosphere
-    /// and responses of the sensor's bands.
+    /// All files that the scene names besides meshes and grains: spectra, pure beds, sky,
+    /// atmosphere and responses of the sensor's bands.
     pub fn files_mut(&mut self) -> Vec<SceneFile<'_>> {
         let mut files = Vec::new();
         let mut add =

@@ -62,8 +62,8 @@ pub enum UpAxis {
 pub struct Instance {
     /// Name of the prototype.
     pub prototype: String,
-    /// The upper three rows of an invertible 4 x 4 matrix, row by row. The last column is in um; all
-    /// numbers are below 1e9.
+    /// The upper three rows of an invertible 4 x 4 matrix, row by row. The last column is in um;
+    /// all numbers are below 1e9.
     pub transform: [f64; 12],
 }
 
@@ -90,8 +90,8 @@ pub enum Sides {
     Mirror,
     /// As copies of itself, endlessly. A solid that a side cuts gets a flat face there.
     Periodic,
-    /// As copies, randomly turned and mirrored, up to the rim of a field of finite size. A solid that
-    /// a side cuts gets a flat face there.
+    /// As copies, randomly turned and mirrored, up to the rim of a field of finite size. A solid
+    /// that a side cuts gets a flat face there.
     Field {
         /// Least number of particles in the field, 1 to 1e15. A particle is a connected part of a
         /// mesh; the domain has those whose centre lies within it.

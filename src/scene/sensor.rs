@@ -90,8 +90,8 @@ pub struct Noise {
     /// Noise-equivalent radiance (NEdL): one standard deviation, W m-2 sr-1 um-1, 0 or more.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nedl_w_m2_sr_um: Option<f64>,
-    /// Noise-equivalent temperature difference (NEdT) of a black body at the scene's temperature, K,
-    /// 0 or more. Give this or `nedl_w_m2_sr_um`.
+    /// Noise-equivalent temperature difference (NEdT) of a black body at the scene's temperature,
+    /// K, 0 or more. Give this or `nedl_w_m2_sr_um`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nedt_k: Option<f64>,
     /// Random seed of the noise, 0 to 2^64 - 1.

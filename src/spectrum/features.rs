@@ -1,7 +1,7 @@
 //! The features of a quartz emissivity curve that distinguish covered grains from bare ones.
 //!
-//! A feature is `None` if its search window is outside the curve's range, or has no extremum between
-//! its ends. Grey materials have no extrema. Extrema are samples, without interpolation.
+//! A feature is `None` if its search window is outside the curve's range, or has no extremum
+//! between its ends. Grey materials have no extrema. Extrema are samples, without interpolation.
 
 use std::ops::RangeInclusive;
 
@@ -20,8 +20,8 @@ pub const RESTSTRAHLEN_WINDOW_UM: RangeInclusive<f64> = 8.0..=9.5;
 /// The window of volume scattering, um: cover by fines lowers the emissivity there.
 pub const TRANSPARENCY_WINDOW_UM: RangeInclusive<f64> = 10.0..=12.0;
 
-/// Least height of an extremum above both ends of its window. It is above the rounding of files with
-/// six digits and below the faintest Christiansen maximum (2e-4).
+/// Least height of an extremum above both ends of its window. It is above the rounding of files
+/// with six digits and below the faintest Christiansen maximum (2e-4).
 const PROMINENCE: f64 = 1e-5;
 
 /// One sample of the curve.
@@ -77,8 +77,8 @@ impl Features {
 
 /// Finds the features of a curve.
 ///
-/// `wavelength_um` must ascend and be as long as `emissivity`; all numbers must be finite. Otherwise
-/// the result means nothing.
+/// The wavelengths must ascend and be as many as the emissivities; all numbers must be finite.
+/// Otherwise the result means nothing.
 pub fn features(wavelength_um: &[f64], emissivity: &[f64]) -> Features {
     debug_assert_eq!(wavelength_um.len(), emissivity.len());
     debug_assert!(wavelength_um.is_sorted());

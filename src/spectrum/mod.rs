@@ -151,8 +151,8 @@ impl Spectrum {
         }
     }
 
-    /// Whether the reflectance depends on the angle of incidence. Such facets are specular and others
-    /// Lambertian, unless the scene says otherwise.
+    /// Whether the reflectance depends on the angle of incidence. Such facets are specular and
+    /// others Lambertian, unless the scene says otherwise.
     pub fn is_angular(&self) -> bool {
         matches!(self, Self::Fresnel(..))
     }
@@ -185,9 +185,9 @@ impl Spectrum {
         })
     }
 
-    /// Reflectance of a facet for unpolarised light, 0 to 1, at a wavelength in um and a cosine of the
-    /// angle of incidence from 0 to 1. It is the same at every angle unless it
-    /// [is angular](Self::is_angular).
+    /// Reflectance of a facet for unpolarised light, 0 to 1, at a wavelength in um and a cosine of
+    /// the angle of incidence from 0 to 1. It is the same at every angle unless it [is
+    /// angular](Self::is_angular).
     ///
     /// # Errors
     /// As for [`Self::emissivity`].

@@ -22,12 +22,7 @@ pub enum Mode {
 
 impl fmt::Display for Mode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Library => "library",
-            Self::Inverted => "inverted",
-            Self::Fresnel => "fresnel",
-            Self::Constant => "constant",
-        })
+        f.write_str(&format!("{self:?}").to_lowercase())
     }
 }
 
@@ -57,8 +52,8 @@ impl Spectrum {
     }
 
     /// Standard error of a facet's emissivity at a wavelength in um; `None` if it is unknown. For a
-    /// fit it is the root mean square error. For inverted facets it combines those of the powder and
-    /// of the pure bed.
+    /// fit it is the root mean square error. For inverted facets it combines those of the powder
+    /// and of the pure bed.
     pub fn error(&self, um: f64) -> Result<Option<f64>, SpectrumError> {
         Ok(match self {
             Self::Constant(_) => Some(0.0),

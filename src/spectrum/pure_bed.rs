@@ -1,5 +1,7 @@
 //! A bed of one powder alone: its reflectance from that of its facets, and the inverse.
 
+use std::sync::LazyLock;
+
 use serde::{Deserialize, Serialize};
 
 /// Bisections of the interval from 0 to 1 that separate neighbouring numbers above 0.001.
@@ -29,11 +31,15 @@ pub struct PureBed {
 impl PureBed {
     /// The shipped pure bed.
     pub fn shipped() -> &'static Self {
-        super::shipped::pure_bed()
+        static BED: LazyLock<PureBed> = LazyLock::new(|| {
+            serde_json::from_str(include_str!("../../spectra/pure_bed.json"))
+                .expect("a test reads the bed")
+        });
+        &BED
     }
 
-    /// The bed's reflectance for facets of a reflectance from 0 to 1. Paths that were given up count
-    /// half of what they may still bring, as in every signature.
+    /// The bed's reflectance for facets of a reflectance from 0 to 1. Paths that were given up
+    /// count half of what they may still bring, as in every signature.
     pub fn reflectance(&self, facet: f64) -> f64 {
         let series =
             |shares: &[f64]| shares.iter().rev().fold(0.0, |sum, share| sum * facet + share);

@@ -30,8 +30,8 @@ impl Response {
         Self { wavelength_um: vec![from_um, to_um], weight: vec![1.0, 1.0] }
     }
 
-    /// A Gaussian response, cut where it falls to 1e-4 of its maximum; `fwhm_um` is its full width at
-    /// half maximum, above 0.
+    /// A Gaussian response, cut where it falls to 1e-4 of its maximum; `fwhm_um` is its full width
+    /// at half maximum, above 0.
     pub fn gaussian(centre_um: f64, fwhm_um: f64) -> Self {
         let half_um = fwhm_um / 2.0 * (1e4_f64.ln() / 2_f64.ln()).sqrt();
         let (wavelength_um, weight) = (-60..=60)

@@ -1,8 +1,8 @@
-//! What the binary carries: parameters of quartz powders, optical constants of quartz, a pure bed.
+//! The shipped spectra: parameters of quartz powders, optical constants of quartz.
 
 use std::sync::LazyLock;
 
-use super::{PureBed, Spectrum, SpectrumError};
+use super::{Spectrum, SpectrumError};
 use crate::spectrum::optics::{PowderForm, PowderParameters, UniaxialCrystal};
 
 /// Names and files.
@@ -36,15 +36,6 @@ pub fn crystal(name: &str) -> Result<&'static UniaxialCrystal, SpectrumError> {
         QUARTZ_SETS.map(|(_, text)| serde_json::from_str(text).expect("a test reads the constants"))
     });
     Ok(&SETS[place(&QUARTZ_SETS, "set of optical constants", name)?])
-}
-
-/// The shipped bed of one material.
-pub(super) fn pure_bed() -> &'static PureBed {
-    static BED: LazyLock<PureBed> = LazyLock::new(|| {
-        serde_json::from_str(include_str!("../../spectra/pure_bed.json"))
-            .expect("a test reads the bed")
-    });
-    &BED
 }
 
 /// All shipped spectra: the powders, then Fresnel facets of each set of constants.

@@ -72,8 +72,8 @@ impl fmt::Display for Warning {
                  only near the nadir",
             ),
             Self::Coarse => f.write_str(
-                "the points are 100 cm-1 apart (0.8 um at 9 um): too coarse for quartz, whose bands \
-                 are 0.1 um wide",
+                "the points are 100 cm-1 apart (0.8 um at 9 um): too coarse for the bands of quartz, \
+                 0.1 um wide",
             ),
         }
     }
@@ -183,8 +183,8 @@ impl Tabulated {
         Ok(spectrum)
     }
 
-    /// An estimate of the largest error of straight lines between the points within a range (um), and
-    /// its wavelength, um. `None` if no point has two neighbours.
+    /// An estimate of the largest error of straight lines between the points within a range (um),
+    /// and its wavelength, um. `None` if no point has two neighbours.
     ///
     /// The distance of a point from the line between its neighbours gives the curvature.
     pub fn sampling_error(&self, [from, to]: [f64; 2]) -> Option<(f64, f64)> {

@@ -1,15 +1,12 @@
 //! Two columns of text: wavelength and emissivity, or what the heading names.
 
-use std::fmt::Write as _;
 use std::path::Path;
 
 use super::{Quantity, Reading, Tabulated, Unit, refuse_transmission, row, text, wrong};
 use crate::spectrum::SpectrumError;
-use crate::support::error::Error;
-use crate::support::output;
 
-/// Commas, semicolons or white space separate the columns. Lines that begin with # are comments; the
-/// first other line may be a heading.
+/// Commas, semicolons or white space separate the columns. Lines that begin with # are comments;
+/// the first other line may be a heading.
 pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, SpectrumError> {
     let text = text(path)?;
     let (mut unit, mut quantity) = (Unit::Micrometre, None);
@@ -53,12 +50,4 @@ fn fields(line: &str) -> Vec<&str> {
         Some(mark) => line.split(mark).map(str::trim).collect(),
         None => line.split_whitespace().collect(),
     }
-}
-
-pub(super) fn write(path: &Path, wavelength_um: &[f64], emissivity: &[f64]) -> Result<(), Error> {
-    let mut text = String::from("wavelength_um,emissivity\n");
-    for (um, emissivity) in wavelength_um.iter().zip(emissivity) {
-        let _ = writeln!(text, "{um},{emissivity}");
-    }
-    Ok(output::bytes(path, text.as_bytes())?)
 }

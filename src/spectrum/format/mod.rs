@@ -13,6 +13,7 @@ use super::tabulated::{Quantity, Row, Tabulated};
 use super::{Spectrum, SpectrumError};
 use crate::support::error::Error;
 use crate::support::file_error::FileError;
+use crate::support::output;
 
 /// The credit that a figure with curves of the ECOSTRESS library must show.
 pub const ECOSTRESS_CREDIT: &str = "Library spectra: reproduced from the ECOSTRESS Spectral \
@@ -127,11 +128,21 @@ pub fn write(
             &format!("a .csv file holds one spectrum, not {}", curves.len()),
             "write a .sli or .ems file",
         ),
-        "csv" => csv::write(path, wavelength_um, &curves[0].1),
+        "csv" => {
+            let rows = columns(wavelength_um, &curves[0].1, ',');
+            Ok(output::bytes(path, format!("wavelength_um,emissivity\n{rows}").as_bytes())?)
+        }
         "sli" => envi::write(path, wavelength_um, curves),
-        "ems" => ems::write(path, wavelength_um, curves),
+        "ems" => Ok(output::bytes(path, ems::text_of(wavelength_um, curves).as_bytes())?),
         _ => unfit("spectra are written as .csv, .sli or .ems", "give --out one of these endings"),
     }
+}
+
+/// Rows of wavelength and emissivity.
+fn columns(wavelength_um: &[f64], emissivity: &[f64], separator: char) -> String {
+    let points = wavelength_um.iter().zip(emissivity);
+    let rows = points.map(|(um, emissivity)| format!("{um}{separator}{emissivity}\n"));
+    rows.collect::<Vec<_>>().concat()
 }
 
 /// The emissivity of a spectrum at wavelengths (um), for [`write()`].
