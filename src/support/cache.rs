@@ -66,8 +66,8 @@ impl Cache {
         &self.root
     }
 
-    /// A stage's result for these inputs, if it exists and agrees with its manifest. A damaged one is
-    /// removed.
+    /// A stage's result for these inputs, if it exists and agrees with its manifest. A damaged one
+    /// is removed.
     pub fn look(&self, name: &str, inputs: &impl Serialize) -> Result<Option<Made>, Error> {
         let folder = self.place(name, inputs);
         if !folder.is_dir() {
@@ -80,8 +80,8 @@ impl Cache {
         Ok(None)
     }
 
-    /// A stage's result for these inputs. If it does not exist, `make` fills a temporary folder, which
-    /// gets a manifest and then its own name.
+    /// A stage's result for these inputs. If it does not exist, `make` fills a temporary folder,
+    /// which gets a manifest and then its own name.
     pub fn stage(
         &self,
         name: &str,

@@ -68,12 +68,6 @@ impl Error {
     pub fn is_interruption(&self) -> bool {
         self.status() == Status::Interrupted
     }
-
-    /// The failure, if it is of this type.
-    pub fn downcast_ref<E: Failure>(&self) -> Option<&E> {
-        let failure: &(dyn std::error::Error + 'static) = &*self.0;
-        failure.downcast_ref()
-    }
 }
 
 // As with `anyhow::Error`, this holds because `Error` itself is no `Failure`.

@@ -22,9 +22,9 @@ pub enum FileError {
         /// The file.
         path: PathBuf,
         /// The line, key or object in the file, if there is one.
-        place: Option<String>,
+        place: Option<Box<str>>,
         /// What is wrong.
-        problem: String,
+        problem: Box<str>,
         /// What the user can do about it, where this differs from other errors of such a file.
         hint: Option<&'static str>,
     },
@@ -38,19 +38,19 @@ impl FileError {
     }
 
     /// What is wrong with the file as a whole.
-    pub fn wrong(path: &Path, problem: impl Into<String>) -> Self {
+    pub fn wrong(path: &Path, problem: impl Into<Box<str>>) -> Self {
         let (path, problem) = (path.to_owned(), problem.into());
         Self::Wrong { path, place: None, problem, hint: None }
     }
 
     /// What is wrong at a place of the file: a key, an object, `line 3`.
-    pub fn wrong_at(path: &Path, place: impl Into<String>, problem: impl Into<String>) -> Self {
+    pub fn wrong_at(path: &Path, place: impl Into<Box<str>>, problem: impl Into<Box<str>>) -> Self {
         let (path, problem) = (path.to_owned(), problem.into());
         Self::Wrong { path, place: Some(place.into()), problem, hint: None }
     }
 
     /// What is wrong in a line of the file, counted from 1.
-    pub fn wrong_in_line(path: &Path, line: u64, problem: impl Into<String>) -> Self {
+    pub fn wrong_in_line(path: &Path, line: u64, problem: impl Into<Box<str>>) -> Self {
         Self::wrong_at(path, format!("line {line}"), problem)
     }
 

@@ -14,11 +14,15 @@ pub struct OutOfRange {
 
 impl OutOfRange {
     /// An error unless one range lies within the other, um.
-    pub fn check(of: &str, needed_um: [f64; 2], held_um: [f64; 2]) -> Result<(), Self> {
+    pub fn check(
+        of: impl FnOnce() -> String,
+        needed_um: [f64; 2],
+        held_um: [f64; 2],
+    ) -> Result<(), Self> {
         if held_um[0] <= needed_um[0] && needed_um[1] <= held_um[1] {
             return Ok(());
         }
-        Err(Self { of: of.to_owned(), needed_um, held_um })
+        Err(Self { of: of(), needed_um, held_um })
     }
 
     /// What the user can do about it.

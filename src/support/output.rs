@@ -1,5 +1,5 @@
-//! Writes files. A file is written under a temporary name, then renamed, so that an existing file is
-//! always complete.
+//! Writes files. A file is written under a temporary name, then renamed, so that an existing file
+//! is always complete.
 
 use std::collections::HashSet;
 use std::fs;

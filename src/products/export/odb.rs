@@ -74,7 +74,7 @@ impl<'a> Section<'a> {
         Err(section.wrong(section.line, format!("{} is not closed", section.name)))
     }
 
-    fn wrong(&self, line: u64, problem: impl Into<String>) -> DirsigError {
+    fn wrong(&self, line: u64, problem: impl Into<Box<str>>) -> DirsigError {
         FileError::wrong_in_line(self.path, line, problem).into()
     }
 

@@ -61,10 +61,15 @@ fn quantity(header: &Header, reading: &Reading) -> Result<Quantity, SpectrumErro
         refuse_transmission(&header.path, label)?;
     }
     reading.quantity.or_else(|| labels.iter().find_map(|label| Quantity::named(label))).ok_or_else(
-        || SpectrumError::File {
-            path: header.path.clone(),
-            problem: "the file does not say whether it holds reflectance or emissivity".into(),
-            hint: "say it: `soilsig spectra convert FILE --quantity reflectance --out FILE.csv`",
+        || {
+            FileError::wrong(
+                &header.path,
+                "the file does not say whether it holds reflectance or emissivity",
+            )
+            .with_hint(
+                "say it: `soilsig spectra convert FILE --quantity reflectance --out FILE.csv`",
+            )
+            .into()
         },
     )
 }

@@ -64,7 +64,7 @@ impl Header {
         Ok(Self { path, data, values })
     }
 
-    pub(crate) fn wrong(&self, problem: impl Into<String>) -> FileError {
+    pub(crate) fn wrong(&self, problem: impl Into<Box<str>>) -> FileError {
         FileError::wrong(&self.path, problem)
     }
 
