@@ -38,10 +38,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
         To::Mitsuba => &["xml", "ply"],
     };
     let mut read = ingest::files(&scene)?;
-    let spectra = scene.materials.clone();
-    for mut material in spectra {
-        read.extend(material.spectrum.file_mut().map(|file| scene.path_of(file)));
-    }
+    read.extend(scene.files());
     for file in &read {
         let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         if endings.contains(&ending.as_str()) {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::{Assumptions, print, usage};
 use crate::products::cube::Cube;
-use crate::products::retrieve::{self, ImageError, Known, Sky, Target};
+use crate::products::retrieve::{self, Known, RadianceError, Sky, Target};
 use crate::radiometry::{Atmosphere, Method, SkyTable, Temperature};
 use crate::scene;
 use crate::support::error::Error;
@@ -92,8 +92,8 @@ pub fn run(args: &Args, monitor: &dyn Monitor) -> Result<(), Error> {
     output::keeps(read, retrieve::Image::files(out))?;
     let cube = Cube::read(&args.radiance)?;
     let error = match error {
-        None => ImageError::One(0.0),
-        Some((_, Ok(error))) if error >= 0.0 && error.is_finite() => ImageError::One(error),
+        None => RadianceError::One(0.0),
+        Some((_, Ok(error))) if error >= 0.0 && error.is_finite() => RadianceError::One(error),
         Some((text, Ok(_))) => usage(&format!("--radiance-error {text} is not 0 or more")),
         Some((text, Err(_))) => {
             let errors = Cube::read(Path::new(text))?;
@@ -105,7 +105,7 @@ pub fn run(args: &Args, monitor: &dyn Monitor) -> Result<(), Error> {
                     args.radiance.display()
                 ));
             }
-            ImageError::Cube(errors)
+            RadianceError::Cube(errors)
         }
     };
     let image = retrieve::image(&cube, &error, &known, monitor)?;

@@ -235,8 +235,7 @@ fn chart(input: &Input, out: &Path) -> Result<(), Error> {
     caption.extend(credit);
     let title = "Emissivity".into();
     let hatched_um = Vec::new();
-    let svg =
-        plot::emissivity_svg(&Chart { title, caption, curves, mark_features: true, hatched_um })?;
+    let svg = plot::emissivity_svg(&Chart { title, caption, curves, hatched_um })?;
     format.write(&svg, out)
 }
 
@@ -326,8 +325,8 @@ impl Convert {
     fn run(&self) -> Result<(), Error> {
         let files = self.input.spectra.iter().filter_map(|text| file_of(text));
         let files = files.chain(self.response.iter().map(PathBuf::as_path));
-        let read: Vec<Vec<PathBuf>> = files.map(format::files).collect::<Result<_, _>>()?;
-        output::keeps(read.concat(), [self.out.clone(), self.out.with_extension("hdr")])?;
+        let read = files.flat_map(format::files);
+        output::keeps(read, [self.out.clone(), self.out.with_extension("hdr")])?;
         let spectra = self.input.read(self.width.unwrap_or(0.0))?;
         for spectrum in &spectra {
             if let Spectrum::Tabulated(points) = spectrum {
@@ -364,9 +363,9 @@ impl Convert {
                 // No format that is written can say that values are missing.
                 let within = |gap: &&[f64; 2]| um[0] < gap[1] && gap[0] < um[um.len() - 1];
                 if let Some(&gap_um) = points.gaps_um.iter().find(within) {
-                    let wanted_um = f64::midpoint(gap_um[0], gap_um[1]);
+                    let needed_um = f64::midpoint(gap_um[0], gap_um[1]);
                     let of = points.file.clone();
-                    return Err(SpectrumError::Gap { of, wanted_um, gap_um }.into());
+                    return Err(SpectrumError::Gap { of, needed_um, gap_um }.into());
                 }
             }
             let at_points = format::sampled(spectrum, &um)?;

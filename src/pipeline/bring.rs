@@ -91,7 +91,7 @@ impl Run<'_> {
         {
             domain.sides = Sides::Field { particles, seed: packing as u64 };
         }
-        self.bring_spectra(packing, &mut placed)?;
+        self.bring_files(packing, &mut placed)?;
         let name = self.of_packing(packing, "scene.json");
         let place = self.place(&name);
         let mut text = serde_json::to_string_pretty(&placed).expect("plain data");
@@ -102,34 +102,14 @@ impl Run<'_> {
         Ok(Bed { prepared: prepared.with(placed), tracer: None })
     }
 
-    /// Copies the files that a scene names for spectra, pure beds, sky and atmosphere beside the placed scene, so that it can stand alone.
-    fn bring_spectra(&mut self, packing: usize, scene: &mut Scene) -> Result<(), Error> {
+    /// Copies the files that a scene names beside the placed scene, so that it can stand alone.
+    fn bring_files(&mut self, packing: usize, scene: &mut Scene) -> Result<(), Error> {
         let folder = scene.folder().to_owned();
-        for (number, material) in scene.materials.iter_mut().enumerate() {
-            if let Some(file) = material.spectrum.file_mut() {
-                let named = |file: &Path| {
-                    let name = file.file_name().unwrap_or_default().to_string_lossy();
-                    format!("spectrum_{number}_{name}")
-                };
-                for from in spectrum::format::files(&folder.join(&file))? {
-                    self.bring(packing, &from, &named(&from))?;
-                }
-                *file = named(file).into();
+        for file in scene.files_mut() {
+            for from in spectrum::format::files(&folder.join(&file.path)) {
+                self.bring(packing, &from, &file.copy_name(&from))?;
             }
-            for (bed, table) in material.spectrum.tables_mut().iter_mut().enumerate() {
-                // Those of several packings all bear one name.
-                let name = format!("pure_bed_{number}_{bed}.json");
-                self.bring(packing, &folder.join(&table), &name)?;
-                *table = name.into();
-            }
-        }
-        for (kind, file) in scene.air_files_mut() {
-            let name = file.file_name().unwrap_or_default().to_string_lossy();
-            let name = format!("{kind}_{name}");
-            let place = self.of_packing(packing, &name);
-            output::copy(&folder.join(&file), &self.place(&place))?;
-            self.wrote(&place)?;
-            *file = name.into();
+            *file.path = file.copy_name(file.path).into();
         }
         Ok(())
     }

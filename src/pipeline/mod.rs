@@ -175,21 +175,9 @@ impl<'a> Run<'a> {
         // Whatever is wrong with the spectra is known before Blender is started.
         let wavelengths_um = self.options.grid.wavelengths_um();
         let prepared = Prepared::new(scene.clone(), &wavelengths_um)?;
-        let folder = scene.folder().to_owned();
-        for (_, file) in scene.air_files_mut() {
-            let file = folder.join(file);
-            self.record.inputs.insert(file.display().to_string(), output::sha256_hex(&file)?);
-        }
-        for material in &mut scene.materials {
-            let mut files: Vec<PathBuf> =
-                material.spectrum.tables_mut().iter().map(|table| folder.join(table)).collect();
-            if let Some(file) = material.spectrum.file_mut() {
-                files.extend(spectrum::format::files(&folder.join(file))?);
-            }
-            for file in files {
-                let sum = output::sha256_hex(&file)?;
-                self.record.inputs.insert(file.display().to_string(), sum);
-            }
+        for file in scene.files().iter().flat_map(|file| spectrum::format::files(file)) {
+            let sum = output::sha256_hex(&file)?;
+            self.record.inputs.insert(file.display().to_string(), sum);
         }
         // Before any work is done.
         self.keeps_inputs(&WRITTEN)?;

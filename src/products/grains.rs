@@ -1,4 +1,4 @@
-//! Bare grains of every shape: what was asked of them, what they measure, and their picture.
+//! Bare grains of every shape: their descriptors, asked and reached, and their picture.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -6,6 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::blender::{self, BlenderError, Event, Job};
@@ -15,16 +16,16 @@ use crate::support::error::Error;
 use crate::support::monitor::{Monitor, Step};
 use crate::support::output;
 
-/// What is to be modelled.
+/// The grains to model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// Seed of the shapes; that of a shipped scene gives the scene's bodies.
+    /// Seed of the shapes. The seed of a shipped scene gives the scene's bodies.
     pub seed: u64,
     /// Bodies of each shape.
     pub variants: u32,
     /// The Blender to use.
     pub blender: Option<PathBuf>,
-    /// Longest that Blender may take, seconds.
+    /// Time limit of Blender, seconds.
     pub blender_timeout_s: u64,
 }
 
@@ -38,10 +39,10 @@ pub struct Report {
     pub seed: u64,
     /// Blender, its Python and numpy.
     pub versions: BTreeMap<String, String>,
-    /// How far a body may be from what is asked.
+    /// Greatest distance of a body's descriptors from those asked for.
     pub tolerance: Descriptors,
-    /// Standard deviation of the Gaussian along a silhouette over which its turning is averaged, as a share
-    /// of its perimeter.
+    /// Standard deviation of the Gaussian that smooths the curvature along a silhouette, as a share of
+    /// its perimeter.
     pub roundness_resolution: f64,
     /// The shapes.
     pub shapes: Vec<Shape>,
@@ -55,7 +56,7 @@ pub struct Shape {
     pub name: String,
     /// Diameter of the sphere of the bodies' volume, um.
     pub diameter_um: f64,
-    /// What a body is to measure.
+    /// The descriptors asked for.
     pub asked: Descriptors,
     /// The variants.
     pub bodies: Vec<Body>,
@@ -67,7 +68,7 @@ pub struct Shape {
 pub struct Body {
     /// Its name in `grains.obj`.
     pub name: String,
-    /// What it measures.
+    /// Its descriptors.
     pub reached: Descriptors,
     /// Powers' class of its roundness.
     pub roundness_class: String,
@@ -79,7 +80,7 @@ pub struct Body {
     pub facets: u32,
     /// Triangles of those facets.
     pub triangles: u32,
-    /// What it was found to be: closed, outward, convex.
+    /// The checks that it passed: closed, outward, convex.
     pub checks: Vec<String>,
 }
 
@@ -98,7 +99,7 @@ pub struct Descriptors {
 }
 
 impl Descriptors {
-    /// All of them with their names.
+    /// The descriptors with their names.
     pub fn named(&self) -> [(&'static str, f64); 4] {
         [
             ("elongation I/L", self.elongation),
@@ -110,7 +111,7 @@ impl Descriptors {
 }
 
 impl Shape {
-    /// Mean, least and most of each descriptor over the bodies, in the order of [`Descriptors::named`].
+    /// Mean, least and greatest of each descriptor over the bodies, as in [`Descriptors::named`].
     pub fn reached(&self) -> [[f64; 3]; 4] {
         std::array::from_fn(|i| {
             let values = self.bodies.iter().map(|body| body.reached.named()[i].1);
@@ -119,7 +120,7 @@ impl Shape {
         })
     }
 
-    /// Powers' classes of the bodies, each once.
+    /// Powers' classes of the bodies without repetition.
     fn classes(&self) -> String {
         let mut classes: Vec<&str> = self.bodies.iter().map(|b| &*b.roundness_class).collect();
         classes.sort_unstable();
@@ -129,23 +130,20 @@ impl Shape {
 }
 
 impl Report {
-    /// The table of what was asked and reached.
+    /// The descriptors asked and reached as a table.
     pub fn words(&self) -> String {
         let mut text = format!(
             "{:<11} {:<15} {:>6} {:>6} {:>7} {:>7} {:>7}\n",
             "shape", "descriptor", "asked", "+-", "mean", "least", "most"
         );
         for shape in &self.shapes {
-            let rows = shape.asked.named().into_iter().zip(self.tolerance.named());
-            for (number, (((descriptor, asked), (_, within)), [mean, least, most])) in
-                rows.zip(shape.reached()).enumerate()
-            {
+            let asked = shape.asked.named().into_iter().zip(self.tolerance.named());
+            let rows = asked.zip(shape.reached()).enumerate();
+            for (number, (((descriptor, asked), (_, within)), [mean, least, most])) in rows {
                 let name = if number == 0 { shape.name.as_str() } else { "" };
-                let class = if descriptor == "roundness" {
-                    format!("  {}", shape.classes())
-                } else {
-                    String::new()
-                };
+                let is_roundness = descriptor == "roundness";
+                let class =
+                    if is_roundness { "  ".to_owned() + &shape.classes() } else { String::new() };
                 let _ = writeln!(
                     text,
                     "{name:<11} {descriptor:<15} {asked:>6.2} {within:>6.2} {mean:>7.3} \
@@ -153,26 +151,29 @@ impl Report {
                 );
             }
             let range = |of: fn(&Body) -> u32| {
-                let counts = shape.bodies.iter().map(of);
-                match (counts.clone().min(), counts.max()) {
-                    (Some(least), Some(most)) if least < most => format!("{least}-{most}"),
-                    (least, _) => least.unwrap_or(0).to_string(),
-                }
+                let counts = || shape.bodies.iter().map(of);
+                let [least, most] = [counts().min(), counts().max()].map(Option::unwrap_or_default);
+                if least < most { format!("{least}-{most}") } else { least.to_string() }
             };
             let checks = shape.bodies.first().map_or(String::new(), |body| body.checks.join(", "));
-            let count = shape.bodies.len();
-            let (facets, triangles) = (range(|b| b.facets), range(|b| b.triangles));
             let _ = writeln!(
                 text,
-                "{:<11} {count} bodies, all {checks}; {facets} facets, {triangles} triangles each",
-                ""
+                "{:<11} {} bodies, all {checks}; {} facets, {} triangles each",
+                "",
+                shape.bodies.len(),
+                range(|b| b.facets),
+                range(|b| b.triangles)
             );
         }
         text
     }
 }
 
-/// Models the grains in Blender, measures them and draws them: `grains.json`, `.obj`, `.svg` and `.png` in `out`.
+/// Models the grains in Blender, measures and draws them. Writes `grains.json`, `.obj`, `.svg` and
+/// `.png` into `out`.
+///
+/// # Errors
+/// Blender is missing or fails; the folder cannot be written.
 pub fn make(
     options: &Options,
     out: &Path,
@@ -190,12 +191,8 @@ pub fn make(
     let made_from = (seed, variants, &blender.version, &blender.python, &blender.numpy, scripts);
     let log = out.join("blender.log");
     let made = cache.stage("grains", &made_from, |folder| {
-        let args = vec![
-            "--seed".into(),
-            seed.to_string().into(),
-            "--variants".into(),
-            variants.to_string().into(),
-        ];
+        let (seed, variants) = (seed.to_string(), variants.to_string());
+        let args = ["--seed", &seed, "--variants", &variants].map(Into::into).to_vec();
         let time_limit = Duration::from_secs(options.blender_timeout_s);
         let job = Job { script: "grains.py", args, out: folder, log: &log, time_limit, monitor };
         blender.run(&job, &mut |event| match event {
@@ -238,7 +235,7 @@ fn solids(path: &Path) -> Result<BTreeMap<String, Solid>, String> {
         tobj::load_obj(path, &tobj::LoadOptions::default()).map_err(|error| problem(&error))?;
     let mut solids = BTreeMap::new();
     for tobj::Model { mesh, name } in models {
-        let vertices_um = mesh.positions.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
+        let vertices_um = mesh.positions.chunks_exact(3).map(DVec3::from_slice).collect();
         let mut corners = mesh.indices.iter().map(|&corner| corner as usize);
         let facets = mesh
             .face_arities
@@ -250,7 +247,7 @@ fn solids(path: &Path) -> Result<BTreeMap<String, Solid>, String> {
     Ok(solids)
 }
 
-/// Each shape from three sides and in its variants, as SVG.
+/// The shapes in three views and with their variants, as SVG.
 fn picture(report: &Report, solids: &BTreeMap<String, Solid>) -> Result<String, String> {
     let rows = report.shapes.iter().map(|shape| {
         let bodies = shape.bodies.iter().map(|body| {

@@ -4,14 +4,14 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::columns::{covers, on_line};
 use super::{Columns, RadiometryError};
+use crate::support::linear::{OutOfRange, ends, interpolate};
 
-/// Transmittance and path radiance between target and sensor, with straight lines between the points.
+/// Transmittance and path radiance between target and sensor, linear between the points.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Atmosphere {
-    /// The file that they come from.
+    /// Name of its file.
     pub file: String,
     /// Wavelengths, um, ascending, at least two.
     pub wavelength_um: Vec<f64>,
@@ -22,7 +22,8 @@ pub struct Atmosphere {
 }
 
 impl Atmosphere {
-    /// Reads a CSV file with the columns `wavelength_um`, `transmittance` and `l_path_w_m2_sr_um`.
+    /// Reads a CSV file with the columns `wavelength_um`, `transmittance` and
+    /// `l_path_w_m2_sr_um`.
     pub fn read(path: &Path) -> Result<Self, RadiometryError> {
         let columns = Columns::read(path)?;
         let (wavelength_um, rows) = columns.ascending_um()?;
@@ -41,19 +42,22 @@ impl Atmosphere {
         })
     }
 
-    /// Transmittance and path radiance at a wavelength in um; an error outside the range held.
+    /// Transmittance and path radiance at a wavelength, um.
+    ///
+    /// # Errors
+    /// A wavelength outside the range.
     pub fn at(&self, wavelength_um: f64) -> Result<(f64, f64), RadiometryError> {
-        covers(&self.file, &self.wavelength_um, [wavelength_um; 2])?;
-        let of = |y| on_line(&self.wavelength_um, y, wavelength_um);
+        self.covers([wavelength_um; 2])?;
+        let of = |y| interpolate(&self.wavelength_um, y, wavelength_um);
         Ok((of(&self.transmittance), of(&self.l_path)))
     }
 
-    /// Whether it holds all wavelengths from one to another, um.
-    pub fn covers(&self, wanted_um: [f64; 2]) -> Result<(), RadiometryError> {
-        covers(&self.file, &self.wavelength_um, wanted_um)
+    /// An error unless it holds all wavelengths from one to another, um.
+    pub fn covers(&self, needed_um: [f64; 2]) -> Result<(), RadiometryError> {
+        Ok(OutOfRange::check(|| self.file.clone(), needed_um, ends(&self.wavelength_um))?)
     }
 
-    /// Whether it is one: a table may have been written by other hands.
+    /// Whether it is valid: its table may be of another origin.
     pub(crate) fn is_sound(&self) -> bool {
         let points = self.wavelength_um.len();
         points >= 2

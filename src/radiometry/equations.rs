@@ -1,16 +1,17 @@
-//! The paper's Eq. 1 to 3 (Carson & Salvaggio 2015, section 2), and what errors make of Eq. 2.
+//! Eq. 1 to 3 of the paper (Carson & Salvaggio 2015, section 2), and the error of Eq. 2.
 
-/// Eq. 1: radiance that leaves the target is what it emits and what it reflects of the sky.
+/// Eq. 1: the radiance that leaves the target is its emitted plus its reflected radiance.
 pub fn l_target(l_emitted: f64, l_reflected: f64) -> f64 {
     l_emitted + l_reflected
 }
 
-/// Eq. 2 and, under a cold black sky (`l_downwelling` = 0), Eq. 3: the target's emissivity from its radiance.
+/// Eq. 2: the target's emissivity from its radiance. Under a cold black sky (`l_downwelling` = 0)
+/// it is Eq. 3.
 pub fn emissivity(l_target: f64, l_blackbody: f64, l_downwelling: f64) -> f64 {
     (l_target - l_downwelling) / (l_blackbody - l_downwelling)
 }
 
-/// Standard error of [`emissivity`] from those of its parts, which are taken as independent:
+/// Standard error of [`emissivity`] from the independent standard errors of its terms:
 ///
 /// d eps = [dL - (1 - eps) dL_d - eps (dB/dT) dT] / (B - L_d).
 ///
@@ -27,21 +28,21 @@ pub fn emissivity_error(
     error / (l_blackbody - l_downwelling).abs()
 }
 
-/// How much Eq. 2 amplifies a relative error: f = B / |B - L_d|, 1 without a sky, infinite under one as bright as the
-/// target.
+/// Factor by which Eq. 2 amplifies a relative error: f = B / |B - L_d|. It is 1 without a sky and
+/// infinite under a sky as bright as the target.
 pub fn amplification(l_blackbody: f64, l_downwelling: f64) -> f64 {
     let f = l_blackbody / (l_blackbody - l_downwelling).abs();
-    // So cold that there is no radiance at all.
+    // Both radiances are 0.
     if f.is_nan() { f64::INFINITY } else { f }
 }
 
-/// Radiance at the sensor of what leaves the target.
+/// Radiance at the sensor, through an atmosphere.
 pub fn at_sensor(l_target: f64, transmittance: f64, l_path: f64) -> f64 {
     transmittance * l_target + l_path
 }
 
-/// Radiance of an isotropic sky that would light a horizontal surface as one does whose radiance depends on the
-/// zenith angle, given in bins of equal width from 0 to 90 degrees.
+/// Radiance of the isotropic sky with the same irradiance on a horizontal surface. `l_sky` is the
+/// sky's radiance in bins of equal width of the zenith angle, from 0 to 90 degrees.
 pub fn l_downwelling(l_sky: &[f64]) -> f64 {
     let edge =
         |i: usize| (std::f64::consts::FRAC_PI_2 * i as f64 / l_sky.len() as f64).sin().powi(2);
@@ -74,7 +75,7 @@ mod tests {
         assert_eq!(amplification(planck(9.0, 300.0), planck(9.0, 300.0)), f64::INFINITY);
     }
 
-    /// Each part alone against Eq. 2 done twice.
+    /// Each term alone, against differences of Eq. 2.
     #[test]
     fn the_error_of_eq_2_is_that_of_its_differences() {
         let (e, b, l_d) = (0.6, planck(9.0, 300.0), planck(9.0, 270.0));
@@ -89,7 +90,10 @@ mod tests {
             assert!((error / (moved - e).abs() - 1.0).abs() < 1e-5, "{errors:?}");
         }
         let all = emissivity_error(e, b, l_d, [3.0 * d, 0.0, 10.0 * d]);
-        assert!((all - 5.0 * d / (b - l_d)).abs() < 1e-12, "3 and .4 x 10 make 5");
+        assert!(
+            (all - 5.0 * d / (b - l_d)).abs() < 1e-12,
+            "the root of the squares of 3 and .4 x 10"
+        );
     }
 
     #[test]

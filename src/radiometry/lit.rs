@@ -1,36 +1,36 @@
-//! What a band's radiance depends on besides the bed.
+//! What a band's radiance depends on besides the geometry.
 
 use super::at_sensor;
 use crate::histogram::{Histogram, Mean, Radiance, Sources};
 
-/// What there is in one band to reflect and to emit, and what lies before the sensor: everything besides the geometry
-/// that the radiance depends on. It serves the histogram of a bed and that of each pixel alike.
+/// Everything besides the geometry that the radiance of one band depends on: reflectances,
+/// black-body radiances, sky and atmosphere. It serves histograms of beds and of pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lit {
     /// Wavelength, um.
     pub wavelength_um: f64,
     /// Reflectance of each symbol of the histogram.
     pub reflectance: Vec<f64>,
-    /// Radiance of a black body at the temperature of each material.
+    /// Black-body radiance at the temperature of each material.
     pub l_blackbody_of: Vec<f64>,
     /// Radiance of the sky in each zenith bin.
     pub l_sky: Vec<f64>,
-    /// Radiance of a black body at the scene's temperature.
+    /// Black-body radiance at the scene's temperature.
     pub l_blackbody: f64,
-    /// Radiance of the sky; of one that depends on the zenith angle what a horizontal Lambertian mirror would return.
+    /// Radiance of the isotropic sky with the same irradiance on a horizontal surface.
     pub l_downwelling: f64,
-    /// Transmittance and path radiance between target and sensor, if there is an atmosphere.
+    /// Transmittance and path radiance of the atmosphere, if there is one.
     pub path: Option<(f64, f64)>,
 }
 
 impl Lit {
-    /// The emissivity that a histogram gives towards the sensor, and the radiance that leaves its target.
+    /// The emissivity towards the sensor, and the radiance that leaves the target.
     pub fn seen(&self, histogram: &Histogram) -> (Mean, Radiance) {
         let weight = histogram.weight(&self.reflectance);
         let emissivity = Mean { mean: 1.0 - weight.mean, ..weight };
         let alike = self.l_blackbody_of.iter().all(|&l| l == self.l_blackbody);
         let radiance = if alike && self.l_sky.len() == 1 {
-            // A path emits with all the weight that it does not bring to the sky.
+            // A path emits all the weight that it does not bring to the sky.
             let times = |mean: f64, l: f64| Mean {
                 mean: mean * l,
                 standard_error: weight.standard_error * l.abs(),
@@ -47,13 +47,13 @@ impl Lit {
         (emissivity, radiance)
     }
 
-    /// What reaches the sensor of a radiance that leaves the target.
+    /// Radiance at the sensor for a radiance that leaves the target.
     pub fn l_sensor(&self, l_target: f64) -> f64 {
         self.path
             .map_or(l_target, |(transmittance, l_path)| at_sensor(l_target, transmittance, l_path))
     }
 
-    /// For [`Histogram::radiance`].
+    /// The sources for [`Histogram::radiance`].
     pub fn sources(&self) -> Sources<'_> {
         Sources {
             reflectance: &self.reflectance,

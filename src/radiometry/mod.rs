@@ -1,7 +1,7 @@
-//! From temperatures, sky and atmosphere to radiance, and from radiance back to emissivity
-//! (Carson & Salvaggio 2015, section 2, Eq. 1 to 3).
+//! From temperatures, sky and atmosphere to radiance, and back to emissivity (Carson & Salvaggio
+//! 2015, section 2, Eq. 1 to 3).
 //!
-//! Spectral radiance is in W m-2 sr-1 um-1 throughout, wavelengths in um, temperatures in K.
+//! Spectral radiance is in W m-2 sr-1 um-1, wavelength in um, temperature in K.
 
 pub mod air;
 mod atmosphere;

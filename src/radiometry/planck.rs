@@ -12,20 +12,20 @@ const C_1L: f64 = 2.0 * H * C * C * 1e24;
 /// Second radiation constant, h c / k, um K.
 const C_2: f64 = H * C / K_B * 1e6;
 
-/// Spectral radiance of a black body, `l_blackbody`: wavelength in um and temperature in K, both
-/// above 0. Where it is less than the smallest number there is (300 K: below 0.07 um) it is 0.
+/// Spectral radiance of a black body, W m-2 sr-1 um-1: wavelength in um and temperature in K, both
+/// above 0. It underflows to 0 at short wavelengths (300 K: below 0.07 um).
 pub fn planck(wavelength_um: f64, temperature_k: f64) -> f64 {
     C_1L / wavelength_um.powi(5) / (C_2 / (wavelength_um * temperature_k)).exp_m1()
 }
 
-/// How [`planck`] rises with the temperature, W m-2 sr-1 um-1 K-1.
+/// Derivative of [`planck`] with respect to temperature, W m-2 sr-1 um-1 K-1.
 pub fn planck_derivative(wavelength_um: f64, temperature_k: f64) -> f64 {
     let x = C_2 / (wavelength_um * temperature_k);
     planck(wavelength_um, temperature_k) * x / temperature_k / -(-x).exp_m1()
 }
 
-/// The temperature at which a black body has this radiance, K: [`planck`] inverted. `None` of a radiance that no
-/// black body has, 0 or less or not finite.
+/// The temperature of a black body of this radiance, K: the inverse of [`planck`]. `None` for a
+/// radiance that is not finite and above 0.
 pub fn brightness_temperature_k(wavelength_um: f64, l: f64) -> Option<f64> {
     let x = (C_1L / wavelength_um.powi(5) / l).ln_1p();
     (l > 0.0 && l.is_finite()).then(|| C_2 / (wavelength_um * x))
@@ -35,7 +35,8 @@ pub fn brightness_temperature_k(wavelength_um: f64, l: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// W m-2 sr-1 um-1, by mpmath 1.3.0 with 50 digits, here rounded to 13, from the exact constants of CODATA 2019:
+    /// W m-2 sr-1 um-1, by mpmath 1.3.0 with 50 digits, here rounded to 13, from the exact
+    /// constants of CODATA 2019:
     ///
     /// ```python
     /// from mpmath import mp, mpf, expm1

@@ -1,6 +1,4 @@
-//! From measured radiance to brightness temperature and emissivity, with errors, and what tells nothing.
-
-use std::fmt::Write as _;
+//! From measured radiance to brightness temperature and emissivity, with errors and masked bands.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,24 +6,26 @@ use super::{
     amplification, brightness_temperature_k, emissivity, emissivity_error, planck,
     planck_derivative,
 };
+use crate::support::linear::span;
 
-/// Radiance that leaves the target in one band, as measured.
+/// Measured radiance that leaves the target in one band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measured {
     /// Wavelength, um.
     pub wavelength_um: f64,
-    /// Radiance that leaves the target, compensated for the atmosphere.
+    /// Radiance that leaves the target, corrected for the atmosphere.
     pub l_target: f64,
     /// Its standard error.
     pub l_target_error: f64,
-    /// Radiance of the sky, as an isotropic one would have it.
+    /// Radiance of the sky, as of an isotropic one.
     pub l_downwelling: f64,
-    /// Transmittance of the atmosphere that was compensated for; 1 without one.
+    /// Transmittance of the atmosphere; 1 without one.
     pub transmittance: f64,
 }
 
 impl Measured {
-    /// From the radiance at a sensor and its standard error, through an atmosphere of transmittance and path radiance.
+    /// From the radiance at a sensor and its standard error. `path` is the transmittance and the
+    /// path radiance of the atmosphere.
     pub fn at_sensor(
         wavelength_um: f64,
         [l, l_error]: [f64; 2],
@@ -42,7 +42,8 @@ impl Measured {
         }
     }
 
-    /// Temperature of a black body of that radiance, and its standard error, K; `None` where there is none.
+    /// Temperature of a black body of that radiance, with its standard error; `None` if the
+    /// radiance is not above 0.
     pub fn brightness_temperature(&self) -> Option<Temperature> {
         let k = brightness_temperature_k(self.wavelength_um, self.l_target)?;
         Some(Temperature {
@@ -51,10 +52,11 @@ impl Measured {
         })
     }
 
-    /// How much Eq. 2 amplifies a relative error of the radiance at the sensor, for a target of that temperature.
+    /// Factor by which Eq. 2 amplifies a relative error of the radiance at the sensor, for a target
+    /// of that temperature.
     pub fn amplification(&self, temperature_k: f64) -> f64 {
         let f = amplification(planck(self.wavelength_um, temperature_k), self.l_downwelling);
-        // Nothing comes through: whatever there is to know, the sensor does not see it.
+        // No radiance of the target reaches the sensor.
         if self.transmittance > 0.0 { f / self.transmittance } else { f64::INFINITY }
     }
 }
@@ -62,50 +64,50 @@ impl Measured {
 /// A temperature and its standard error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Temperature {
-    /// K.
+    /// Temperature, K.
     pub k: f64,
-    /// K.
+    /// Standard error, K.
     pub error_k: f64,
 }
 
-/// What a retrieval takes for known.
+/// Assumptions of a retrieval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Assumed {
-    /// Standard error of the sky's radiance, as a share of it.
+    /// Relative standard error of the sky's radiance.
     pub downwelling_error: f64,
-    /// Amplification above which a band tells nothing.
+    /// Amplification above which a band is masked.
     pub amplification_limit: f64,
 }
 
 impl Assumed {
-    /// Where 1 % of error in radiance, half a kelvin in the target's temperature, becomes 0.1 in emissivity: a third of
-    /// what powders of fine and coarse quartz differ by from 8 to 9.5 um.
+    /// The limit at which an error of 1 % in radiance (0.5 K) becomes 0.1 in emissivity. That is a
+    /// third of the difference between fine and coarse quartz powders from 8 to 9.5 um.
     pub const AMPLIFICATION_LIMIT: f64 = 10.0;
 
-    /// A sky known to the last digit.
+    /// An exactly known sky.
     pub const EXACT: Self =
         Self { downwelling_error: 0.0, amplification_limit: Self::AMPLIFICATION_LIMIT };
 }
 
-/// What is retrieved in one band.
+/// The result of a retrieval in one band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Retrieved {
     /// Wavelength, um.
     pub wavelength_um: f64,
-    /// How much Eq. 2 amplifies a relative error.
+    /// Factor by which Eq. 2 amplifies a relative error.
     pub amplification: f64,
-    /// Emissivity by Eq. 2 and its standard error; `None` where the band is masked.
+    /// Emissivity by Eq. 2 and its standard error; `None` if the band is masked.
     pub emissivity: Option<[f64; 2]>,
 }
 
 impl Retrieved {
-    /// Eq. 2 with the errors of radiance, sky and temperature, unless it amplifies them too much.
+    /// Eq. 2 with the errors of radiance, sky and temperature. The band is masked if the
+    /// amplification is above the limit.
     pub fn new(measured: &Measured, temperature: Temperature, assumed: Assumed) -> Self {
         let Measured { wavelength_um, l_target, l_downwelling, .. } = *measured;
         let amplification = measured.amplification(temperature.k);
         let l_blackbody = planck(wavelength_um, temperature.k);
-        let is_told = amplification <= assumed.amplification_limit;
-        let emissivity = is_told.then(|| {
+        let emissivity = (amplification <= assumed.amplification_limit).then(|| {
             let emissivity = emissivity(l_target, l_blackbody, l_downwelling);
             let errors = [
                 measured.l_target_error,
@@ -118,7 +120,7 @@ impl Retrieved {
     }
 }
 
-/// Runs of masked bands, from the first to the last wavelength of each, um.
+/// Runs of masked bands: the first and last wavelength of each, um.
 pub fn masked_um(bands: &[Retrieved]) -> Vec<[f64; 2]> {
     let runs = bands.chunk_by(|a, b| a.emissivity.is_none() == b.emissivity.is_none());
     runs.filter(|run| run[0].emissivity.is_none())
@@ -126,15 +128,15 @@ pub fn masked_um(bands: &[Retrieved]) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// Names masked bands in a sentence; `None` if there are none.
+/// A sentence that names the masked bands; `None` if there are none.
 pub fn masked_in_words(masked_um: &[[f64; 2]], limit: f64) -> Option<String> {
-    let mut text = String::from("Eq. 2 tells nothing at ");
-    for (i, [from, to]) in masked_um.iter().enumerate() {
-        let comma = if i > 0 { ", " } else { "" };
-        let _ = write!(text, "{comma}{}", super::error::span([*from, *to]));
-    }
-    let _ = write!(text, " um: it amplifies errors more than {limit} times there");
-    (!masked_um.is_empty()).then_some(text)
+    let runs: Vec<String> = masked_um.iter().map(|&run| span(run)).collect();
+    (!runs.is_empty()).then(|| {
+        format!(
+            "Eq. 2 gives no emissivity at {} um: it amplifies errors more than {limit} times there",
+            runs.join(", ")
+        )
+    })
 }
 
 #[cfg(test)]
@@ -150,7 +152,7 @@ mod tests {
     const AT_300_K: Temperature = Temperature { k: 300.0, error_k: 0.0 };
 
     #[test]
-    fn bands_that_amplify_beyond_the_limit_have_no_number_and_are_named() {
+    fn bands_that_amplify_beyond_the_limit_are_masked_and_named() {
         // At 290 K the sky amplifies 5.34 to 7.64 times between 8 and 12 um; at 300 K without end.
         let bands = |sky_k: f64, limit: f64| -> Vec<Retrieved> {
             let assumed = Assumed { amplification_limit: limit, ..Assumed::EXACT };
@@ -181,7 +183,7 @@ mod tests {
             let measured = Measured::at_sensor(9.0, [at_sensor, 0.01], l_d, Some((tau, 1.5)));
             Retrieved::new(&measured, AT_300_K, Assumed::EXACT)
         };
-        let [e, error] = seen(0.5).emissivity.expect("it is told");
+        let [e, error] = seen(0.5).emissivity.expect("not masked");
         assert!((e - 0.6).abs() < 1e-12);
         assert!((error - 0.02 / (planck(9.0, 300.0) - l_d)).abs() < 1e-12);
         // 2.232 times without, over 10 with a fifth of the light.
@@ -193,8 +195,8 @@ mod tests {
         let l_d = planck(9.0, 270.0);
         let warm = Temperature { k: 301.0, error_k: 1.0 };
         let of = |t| Retrieved::new(&measured(9.0, 300.0, 0.6, l_d), t, Assumed::EXACT);
-        let [e, error] = of(warm).emissivity.expect("it is told");
-        // 0.576888 is exact, for a sky of 270 K and a kelvin too much; the error is that to first order.
+        let [e, error] = of(warm).emissivity.expect("not masked");
+        // Exact for a sky of 270 K and a kelvin too much; the error is that to first order.
         assert!(
             (e - 0.576_888).abs() < 1e-6 && (error / (0.6 - e) - 1.0).abs() < 0.05,
             "{e} {error}"
@@ -202,7 +204,7 @@ mod tests {
         let blurred = Assumed { downwelling_error: 0.1, ..Assumed::EXACT };
         let [_, error] = Retrieved::new(&measured(9.0, 300.0, 0.6, l_d), AT_300_K, blurred)
             .emissivity
-            .expect("it is told");
+            .expect("not masked");
         assert!((error - 0.4 * 0.1 * l_d / (planck(9.0, 300.0) - l_d)).abs() < 1e-12);
     }
 }

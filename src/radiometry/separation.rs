@@ -1,6 +1,6 @@
-//! Temperature from a target's own radiance, where nothing else tells it (temperature-emissivity separation).
+//! Temperature-emissivity separation: a target's temperature from its radiance alone.
 //!
-//! Each method gives the temperature; the emissivity is then Eq. 2's.
+//! Each method gives the temperature; Eq. 2 then gives the emissivity.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use super::{
     planck_derivative,
 };
 
-/// How the temperature is found.
+/// A method of temperature-emissivity separation.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, clap::ValueEnum,
 )]
@@ -24,10 +24,10 @@ pub enum Method {
 }
 
 impl Method {
-    /// All there are.
+    /// All methods.
     pub const ALL: [Self; 3] = [Self::Nem, Self::Smoothness, Self::Christiansen];
 
-    /// What it is called.
+    /// Its name.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Nem => "nem",
@@ -37,33 +37,36 @@ impl Method {
     }
 }
 
-/// The greatest emissivity that NEM starts from.
+/// The largest emissivity, with which NEM begins.
 const NEM_EMISSIVITY: f64 = 0.99;
-/// Bands that the contrast is taken of, um: those of the instrument that its regression was made for.
+/// Range of the bands for the contrast, um: that of the instrument of the regression.
 const MMD_UM: [f64; 2] = [8.0, 12.0];
-/// How well the greatest emissivity comes out of it: root mean square over the shipped spectra of quartz and the settled
-/// patch (.0006 to .049). Over all that the regression was made of it is .015 (Gillespie et al., ATBD 2.4, 1999).
+/// Root mean square error of the largest emissivity over the shipped spectra of quartz and the
+/// settled patch (.0006 to .049). Over the data of the regression it is .015 (Gillespie et al.,
+/// ATBD 2.4, 1999).
 const NEM_ERROR: f64 = 0.035;
-/// Where quartz is black, um, by how much it is, and how well that is known: measured powders have .997 to 1.000 at
+/// Range in which quartz is black, um. Measured powders have an emissivity of .997 to 1.000 at
 /// 7.344 to 7.354 um.
 const CHRISTIANSEN_UM: [f64; 2] = [7.33, 7.39];
+/// Emissivity of quartz there.
 const CHRISTIANSEN_EMISSIVITY: f64 = 0.997;
+/// Its standard error.
 const CHRISTIANSEN_ERROR: f64 = 0.003;
-/// Width over which brightness temperatures and contrasts are averaged, um: the largest of many noisy bands is the
-/// noisiest, and features of minerals are wider than this.
+/// Width over which brightness temperatures and contrasts are averaged, um. Without it the largest
+/// of many noisy bands would be the noisiest; features of minerals are wider than this.
 const WINDOW_UM: f64 = 0.1;
-/// How far from the highest brightness temperature smoothness is looked for, K.
+/// Range of the search for smoothness, relative to the highest brightness temperature, K.
 const SEARCH_K: [f64; 2] = [-2.0, 40.0];
-/// Smoothness needs lines in the sky: with the temperature the roughness of the emissivity has to change at least so many
-/// times faster than the emissivity itself does.
+/// Smoothness needs lines in the sky. With temperature the roughness of the emissivity must change
+/// at least this many times faster than the emissivity itself.
 const LEAST_SIGNAL: f64 = 3.0;
 
 /// Finds the temperature of a target from its radiance in bands of ascending wavelength.
 ///
-/// The error holds the noise, what the method itself leaves open, and the error of the sky.
+/// The error includes the noise, the error of the method and the error of the sky.
 ///
 /// # Errors
-/// Where the method has nothing to go by, with the reason.
+/// Bands from which the method cannot find the temperature, with the reason.
 pub fn separate(
     method: Method,
     bands: &[Measured],
@@ -90,12 +93,12 @@ fn refused(method: Method, problem: impl Into<String>) -> RadiometryError {
     RadiometryError::Separation { method: method.name(), problem: problem.into() }
 }
 
-/// Temperature of a band whose emissivity is known so well; K.
+/// Temperature of a band from its emissivity, with the two parts of its standard error, K.
 struct Band {
     k: f64,
-    /// Its standard error by the noise.
+    /// Standard error from the noise.
     noise_k: f64,
-    /// And by the emissivity, which bands have in common.
+    /// Standard error from the emissivity, common to all bands.
     common_k: f64,
 }
 
@@ -108,7 +111,7 @@ impl Band {
         Some(Self { k, noise_k: b.l_target_error / slope, common_k: by_emissivity.abs() / slope })
     }
 
-    /// The mean of bands with a common error, at least one.
+    /// The mean over bands, at least one.
     fn mean(bands: &[Self]) -> Temperature {
         let n = bands.len() as f64;
         let sum = |of: fn(&Self) -> f64| bands.iter().map(of).sum::<f64>();
@@ -120,7 +123,7 @@ impl Band {
     }
 }
 
-/// Means over windows of [`WINDOW_UM`] about each band.
+/// Means over a window of [`WINDOW_UM`] around each band.
 fn smoothed(bands: &[Measured], values: &[f64]) -> Vec<f64> {
     let um = |i: usize| bands[i].wavelength_um;
     let half = WINDOW_UM / 2.0 + 1e-9;
@@ -138,8 +141,9 @@ fn smoothed(bands: &[Measured], values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// The bands that tell something if the target is as warm as it looks where it looks warmest, and that temperature.
-fn telling(
+/// The bands that amplify errors little at the highest brightness temperature, and that
+/// temperature, K.
+fn usable(
     method: Method,
     bands: &[Measured],
     assumed: Assumed,
@@ -150,13 +154,13 @@ fn telling(
         seen.iter().filter_map(|b| b.brightness_temperature().map(|t| t.k)).collect();
     let warmest = smoothed(&seen, &brightness).into_iter().fold(0.0, f64::max);
     let tells = |b: &Measured| b.amplification(warmest) <= assumed.amplification_limit;
-    let telling: Vec<Measured> = seen.into_iter().filter(tells).collect();
-    if telling.len() < 3 {
+    let usable: Vec<Measured> = seen.into_iter().filter(tells).collect();
+    if usable.len() < 3 {
         let limit = assumed.amplification_limit;
         let problem = format!("fewer than three bands amplify errors no more than {limit} times");
         return Err(refused(method, problem));
     }
-    Ok((telling, warmest))
+    Ok((usable, warmest))
 }
 
 fn greatest(values: &[f64]) -> usize {
@@ -164,23 +168,21 @@ fn greatest(values: &[f64]) -> usize {
     (0..values.len()).max_by(by_value).expect("there are bands")
 }
 
-/// NEM: whatever band is blackest has an emissivity of .99. MMD: the contrast that follows tells the least emissivity,
-/// e_min = .994 - .687 MMD^.737, and with it the temperature.
+/// NEM: the blackest band has an emissivity of .99. MMD: the resulting contrast gives the least
+/// emissivity, e_min = .994 - .687 MMD^.737, and with it the temperature.
 fn nem(bands: &[Measured], assumed: Assumed) -> Result<Temperature, RadiometryError> {
-    let (telling, _) = telling(Method::Nem, bands, assumed)?;
-    let within: Vec<Measured> = telling
-        .into_iter()
-        .filter(|b| (MMD_UM[0]..=MMD_UM[1]).contains(&b.wavelength_um))
-        .collect();
+    let (usable, _) = usable(Method::Nem, bands, assumed)?;
+    let within: Vec<Measured> =
+        usable.into_iter().filter(|b| (MMD_UM[0]..=MMD_UM[1]).contains(&b.wavelength_um)).collect();
     if within.len() < 3 {
-        let problem = "fewer than three bands within 8 to 12 um tell anything";
+        let problem = "fewer than three bands within 8 to 12 um can be used";
         return Err(refused(Method::Nem, problem));
     }
-    // A band less black than the blackest looks colder under the same assumption: the warmest is right.
+    // Under this assumption all bands but the blackest look too cold: the warmest is right.
     let assuming = |e: f64| -> Option<Vec<f64>> {
         within.iter().map(|b| Band::of(b, e, 0.0).map(|band| band.k)).collect()
     };
-    let too_faint = || refused(Method::Nem, "a band is fainter than the sky it reflects");
+    let too_faint = || refused(Method::Nem, "a band is fainter than the sky that it reflects");
     let normal = smoothed(&within, &assuming(NEM_EMISSIVITY).ok_or_else(too_faint)?);
     let nem_k = normal[greatest(&normal)];
     let e: Vec<f64> = within
@@ -227,8 +229,8 @@ fn christiansen(bands: &[Measured], assumed: Assumed) -> Result<Temperature, Rad
     Ok(Band::mean(&black))
 }
 
-/// Second differences of the emissivity at a temperature, which the sky's lines make large where it is wrong, each in
-/// units of what the noise makes of it: so noise alone does not speak for any temperature.
+/// Second differences of the emissivity at a temperature, in units of their noise, so that noise
+/// alone favours no temperature. The sky's lines make them large at a wrong temperature.
 fn roughness(bands: &[Measured], temperature_k: f64) -> Vec<f64> {
     let all_known = bands.iter().all(|b| b.l_target_error > 0.0);
     let of: Vec<(f64, f64)> = bands
@@ -249,16 +251,16 @@ fn roughness(bands: &[Measured], temperature_k: f64) -> Vec<f64> {
 
 fn smoothness(bands: &[Measured], assumed: Assumed) -> Result<Temperature, RadiometryError> {
     let method = Method::Smoothness;
-    let (telling, warmest_k) = telling(method, bands, assumed)?;
+    let (usable, warmest_k) = usable(method, bands, assumed)?;
     let squares = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
-    let cost = |k: f64| squares(&roughness(&telling, k));
+    let cost = |k: f64| squares(&roughness(&usable, k));
     let no_signal = || {
         refused(
             method,
-            "the sky has no lines that the temperature could be told by, or the noise hides them",
+            "the sky has no lines from which the temperature follows, or the noise hides them",
         )
     };
-    // From a coarse look to the lowest place, then by thirds.
+    // A coarse search for the minimum, then a search by thirds.
     let step = 0.5;
     let steps = ((SEARCH_K[1] - SEARCH_K[0]) / step) as usize;
     let k_at = |i: usize| warmest_k + SEARCH_K[0] + step * i as f64;
@@ -273,25 +275,25 @@ fn smoothness(bands: &[Measured], assumed: Assumed) -> Result<Temperature, Radio
         if cost(from + third) < cost(to - third) { to -= third } else { from += third }
     }
     let k = f64::midpoint(from, to);
-    let rough = roughness(&telling, k);
+    let rough = roughness(&usable, k);
     let dk = 1e-2;
-    let slope: Vec<f64> = roughness(&telling, k + dk)
+    let slope: Vec<f64> = roughness(&usable, k + dk)
         .iter()
-        .zip(roughness(&telling, k - dk))
+        .zip(roughness(&usable, k - dk))
         .map(|(above, below)| (above - below) / (2.0 * dk))
         .collect();
-    // The emissivity changes by dB/dT / (B - L_d) of itself a kelvin.
+    // Relative change of the emissivity with temperature, dB/dT / (B - L_d), K-1.
     let by_scale = |b: &Measured| {
         let l = planck(b.wavelength_um, k) - b.l_downwelling;
         planck_derivative(b.wavelength_um, k) / l.abs()
     };
-    let scale = telling.iter().map(by_scale).sum::<f64>() / telling.len() as f64;
+    let scale = usable.iter().map(by_scale).sum::<f64>() / usable.len() as f64;
     let [rough, slope] = [squares(&rough), squares(&slope)];
     if slope.sqrt() < LEAST_SIGNAL * scale * rough.sqrt() {
         return Err(no_signal());
     }
-    // What is left of roughness is taken for noise. Second differences of neighbours are not independent; 8/3 is
-    // the most that this makes of the variance.
-    let variance = 8.0 / 3.0 * rough / (telling.len() - 3).max(1) as f64 / slope;
+    // The remaining roughness counts as noise. Neighbouring second differences are correlated,
+    // which raises the variance by a factor of at most 8/3.
+    let variance = 8.0 / 3.0 * rough / (usable.len() - 3).max(1) as f64 / slope;
     Ok(Temperature { k, error_k: variance.sqrt() })
 }

@@ -4,69 +4,67 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::columns::{covers, on_line};
 use super::{Columns, RadiometryError};
+use crate::support::linear::{OutOfRange, ends, interpolate, locate};
 
-/// Radiance of the sky by wavelength, and by zenith angle where it depends on it; with straight lines between the
-/// points.
+/// Radiance of the sky by wavelength and, if it depends on it, by zenith angle. It is linear
+/// between the points.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SkyTable {
-    /// The file that it comes from.
+    /// Name of its file.
     pub file: String,
     /// Wavelengths, um, ascending, at least two.
     pub wavelength_um: Vec<f64>,
-    /// Zenith angles, degrees, ascending from 0 to 90; one alone, 0, of an isotropic sky.
+    /// Zenith angles, degrees, ascending from 0 to 90; only 0 for an isotropic sky.
     pub zenith_deg: Vec<f64>,
-    /// Radiance at each zenith angle and, within, each wavelength, W m-2 sr-1 um-1, 0 or more.
+    /// Radiance by zenith angle and then by wavelength, W m-2 sr-1 um-1, 0 or more.
     pub l_sky: Vec<Vec<f64>>,
 }
 
 impl SkyTable {
-    /// Reads a CSV file with the columns `wavelength_um`, `l_downwelling_w_m2_sr_um` and, of a sky that depends on
-    /// it, `zenith_deg`: then each zenith angle has a row for each wavelength.
+    /// Reads a CSV file with the columns `wavelength_um` and `l_downwelling_w_m2_sr_um`. A sky that
+    /// depends on the zenith angle has a column `zenith_deg` too, with all wavelengths at each
+    /// angle.
     pub fn read(path: &Path) -> Result<Self, RadiometryError> {
         let columns = Columns::read(path)?;
         let l = columns.needed_radiance("l_downwelling")?;
-        let file = columns.file();
-        let Some(zenith) = columns.column("zenith_deg")? else {
-            let (wavelength_um, rows) = columns.ascending_um()?;
-            columns.two_at_least(&wavelength_um)?;
-            let l_sky = vec![rows.iter().map(|&row| l[row]).collect()];
-            return Ok(Self { file, wavelength_um, zenith_deg: vec![0.0], l_sky });
-        };
         let um = columns.wavelength_um()?;
+        let given = columns.column("zenith_deg")?;
+        let is_by_zenith = given.is_some();
+        let zenith = given.unwrap_or_else(|| vec![0.0; um.len()]);
         let [wavelength_um, zenith_deg] = [&um, &zenith].map(|column| {
             let mut values = column.clone();
             values.sort_by(f64::total_cmp);
             values.dedup();
             values
         });
-        if zenith_deg[0] != 0.0 || zenith_deg[zenith_deg.len() - 1] != 90.0 {
-            let [first, last] = [zenith_deg[0], zenith_deg[zenith_deg.len() - 1]];
-            return Err(columns.wrong_file(format!(
-                "zenith_deg goes from {first} to {last}, and 0 to 90 is wanted"
-            )));
+        let [first, last] = ends(&zenith_deg);
+        if is_by_zenith && [first, last] != [0.0, 90.0] {
+            let problem = format!("zenith_deg goes from {first} to {last}, not from 0 to 90");
+            return Err(columns.wrong_file(problem));
         }
         columns.two_at_least(&wavelength_um)?;
+        let named = |um: f64, zenith: f64| {
+            if is_by_zenith { format!("{um} um at {zenith} degrees") } else { format!("{um} um") }
+        };
         let mut l_sky = vec![vec![f64::NAN; wavelength_um.len()]; zenith_deg.len()];
         let place = |values: &[f64], value: f64| values.partition_point(|&v| v < value);
         for row in 0..um.len() {
             let at = &mut l_sky[place(&zenith_deg, zenith[row])][place(&wavelength_um, um[row])];
             if !at.is_nan() {
-                let problem = format!("{} um at {} degrees stands twice", um[row], zenith[row]);
+                let problem = format!("{} appears twice", named(um[row], zenith[row]));
                 return Err(columns.wrong(row, problem));
             }
             *at = l[row];
         }
-        for (values, zenith) in l_sky.iter().zip(&zenith_deg) {
+        for (values, &zenith) in l_sky.iter().zip(&zenith_deg) {
             if let Some(gap) = values.iter().position(|l| l.is_nan()) {
-                let um = wavelength_um[gap];
-                let problem = format!("there is no row for {um} um at {zenith} degrees");
+                let problem = format!("a row for {} is missing", named(wavelength_um[gap], zenith));
                 return Err(columns.wrong_file(problem));
             }
         }
-        Ok(Self { file, wavelength_um, zenith_deg, l_sky })
+        Ok(Self { file: columns.file(), wavelength_um, zenith_deg, l_sky })
     }
 
     /// Whether its radiance depends on the zenith angle.
@@ -74,29 +72,22 @@ impl SkyTable {
         self.zenith_deg.len() > 1
     }
 
-    /// Radiance at a wavelength in um and a zenith angle from 0 to 90 degrees; an error outside the range held.
+    /// Radiance at a wavelength, um, and a zenith angle from 0 to 90 degrees.
+    ///
+    /// # Errors
+    /// A wavelength outside the range.
     pub fn l_sky(&self, wavelength_um: f64, zenith_deg: f64) -> Result<f64, RadiometryError> {
         self.covers([wavelength_um; 2])?;
-        let of = |l: &Vec<f64>| on_line(&self.wavelength_um, l, wavelength_um);
-        if !self.is_by_zenith() {
-            return Ok(of(&self.l_sky[0]));
-        }
-        let above = self.zenith_deg.partition_point(|&z| z < zenith_deg);
-        let above = above.clamp(1, self.zenith_deg.len() - 1);
-        let ends = [above - 1, above];
-        Ok(on_line(
-            &ends.map(|i| self.zenith_deg[i]),
-            &ends.map(|i| of(&self.l_sky[i])),
-            zenith_deg,
-        ))
+        let at_zenith = |i: usize| interpolate(&self.wavelength_um, &self.l_sky[i], wavelength_um);
+        Ok(locate(&self.zenith_deg, |zenith| *zenith, zenith_deg).value(at_zenith))
     }
 
-    /// Whether it holds all wavelengths from one to another, um.
-    pub fn covers(&self, wanted_um: [f64; 2]) -> Result<(), RadiometryError> {
-        covers(&self.file, &self.wavelength_um, wanted_um)
+    /// An error unless it holds all wavelengths from one to another, um.
+    pub fn covers(&self, needed_um: [f64; 2]) -> Result<(), RadiometryError> {
+        Ok(OutOfRange::check(|| self.file.clone(), needed_um, ends(&self.wavelength_um))?)
     }
 
-    /// Whether it is one: a table may have been written by other hands.
+    /// Whether it is valid: its table may be of another origin.
     pub(crate) fn is_sound(&self) -> bool {
         let ascends = |values: &[f64]| values.is_sorted_by(|a, b| a < b);
         let zeniths = match self.zenith_deg[..] {

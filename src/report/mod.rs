@@ -183,7 +183,7 @@ pub fn chart(
         .filter_map(|(key, name)| Some(format!("{name} {}", versions.get(*key)?)))
         .collect();
     caption.push(format!("{}, seed {}", versions.join(", "), table.seed));
-    Chart { title: title.to_owned(), caption, curves, mark_features: true, hatched_um }
+    Chart { title: title.to_owned(), caption, curves, hatched_um }
 }
 
 /// How the facets of a table's materials reflect.

@@ -1,11 +1,10 @@
-//! What values of a scene file must be. A value that is not comes back with its place in the file
-//! and the problem.
+//! Checks of a scene file's values. A failed check names the place in the file and the problem.
 
 use std::collections::HashSet;
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
-/// The place and the problem, if there is one.
+/// A failed check: its place in the file, and the problem.
 pub(super) type Checked = Result<(), (String, String)>;
 
 pub(super) fn need(holds: bool, place: &str, problem: impl FnOnce() -> String) -> Checked {
@@ -39,7 +38,7 @@ pub(super) fn temperature(kelvin: f64, place: &str) -> Checked {
 pub(super) fn unique<'a>(names: impl Iterator<Item = &'a str>, place: &str) -> Checked {
     let mut seen = HashSet::new();
     for name in names {
-        need(seen.insert(name), place, || format!("the name {name:?} stands twice"))?;
+        need(seen.insert(name), place, || format!("the name {name:?} appears twice"))?;
     }
     Ok(())
 }

@@ -1,8 +1,8 @@
-//! The bands at which a scene is evaluated.
+//! The wavelengths at which a scene is evaluated.
 
 use serde::{Deserialize, Serialize};
 
-/// Wavelengths at which a signature is evaluated.
+/// Equally spaced wavelengths.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "GridFields")]
 pub struct Grid {
@@ -27,25 +27,30 @@ impl TryFrom<GridFields> for Grid {
 }
 
 impl Grid {
-    /// The paper's: 7.5 to 14 um in steps of 10 nm, 651 bands.
+    /// The grid of the paper: 7.5 to 14 um in steps of 10 nm, 651 wavelengths.
     pub const PAPER: Self = Self { from_um: 7.5, to_um: 14.0, step_um: 0.01 };
 
-    /// A grid from one wavelength to another, both in it if the step divides them; um. Refused with
-    /// the reason if it is empty or finer than a picometre.
+    /// A grid from one wavelength to another, um. It ends at `to_um` if the step divides the range.
+    ///
+    /// # Errors
+    /// The reason, as text, why these are no wavelengths: 0.01 to 10000 um, at most 100,001 of
+    /// them, in steps of a picometre or more.
     pub fn new(from_um: f64, to_um: f64, step_um: f64) -> Result<Self, String> {
         let all_finite = [from_um, to_um, step_um].iter().all(|x| x.is_finite());
         if !all_finite || from_um < 0.01 || to_um < from_um || to_um > 1e4 {
-            Err(format!("{from_um}-{to_um} um is not a range of wavelengths within 0.01-10000 um"))
+            Err(format!(
+                "{from_um}-{to_um} um is not a range of wavelengths within 0.01 to 10000 um"
+            ))
         } else if step_um < 1e-6 {
-            Err(format!("a step of {step_um} um is below a picometre"))
+            Err(format!("the step of {step_um} um is below a picometre"))
         } else if (to_um - from_um) / step_um > 1e5 {
-            Err(format!("a step of {step_um} um makes over 100000 bands"))
+            Err(format!("the step of {step_um} um makes more than 100000 bands"))
         } else {
             Ok(Self { from_um, to_um, step_um })
         }
     }
 
-    /// The ends of the range that was asked for, um.
+    /// The ends of the range, um.
     pub const fn range_um(&self) -> (f64, f64) {
         (self.from_um, self.to_um)
     }
@@ -55,7 +60,7 @@ impl Grid {
         self.step_um
     }
 
-    /// The wavelengths, um, in whole picometres, so that 7.5 + 1.13 is 8.63 to the last digit.
+    /// The wavelengths, um, rounded to picometres: 7.5 + 1.13 is exactly 8.63.
     pub fn wavelengths_um(&self) -> Vec<f64> {
         let [from, to, step] =
             [self.from_um, self.to_um, self.step_um].map(|um| (um * 1e6).round() as u64);
@@ -75,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn grids_that_make_no_sense_are_refused() {
+    fn invalid_grids_are_refused() {
         for (from, to, step) in [
             (9.0, 8.0, 0.1),
             (8.0, 9.0, 0.0),

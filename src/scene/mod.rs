@@ -1,9 +1,9 @@
-//! The scene file: what is looked at, what it is made of, and how.
+//! The scene file: what the sensor sees, what it is made of, and from where.
 //!
-//! Two kinds of geometry share one format. A *packing* is a recipe that Blender turns into a bed;
-//! *placed* geometry names meshes and where they stand, and is what the tracer reads. Blender's
-//! answer to the first is a scene file of the second kind, alike in everything else. Keys that
-//! are not known are refused, so that a misspelt key cannot pass for a default.
+//! Two kinds of geometry share one format. A *packing* is a recipe that Blender turns into a bed.
+//! *Placed* geometry names meshes and their places; the tracer reads it. Blender turns a scene of
+//! the first kind into one of the second kind with the same other keys. Unknown keys are refused,
+//! so that a misspelt key does not silently give a default.
 
 mod check;
 mod grid;
@@ -22,7 +22,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::support::error::Failure;
-use check::{Checked, need, temperature, unique};
+use crate::support::file_error::FileError;
+use check::{Checked, need, temperature, unique, within};
 
 pub use grid::Grid;
 pub use packing::{
@@ -37,10 +38,10 @@ pub use source::{Inverted, SpectrumSource};
 /// The format's version, the value of `soilsig_scene`.
 pub const FORMAT: u32 = 1;
 
-/// Lengths beyond a kilometre are taken for a mistake in units, um.
+/// Longest length, um: a kilometre. Beyond it the unit is probably wrong.
 pub(crate) const FARTHEST_UM: f64 = 1e9;
 
-/// Most materials: hits are told apart by material and cosine, in 16 bits.
+/// Most materials: a symbol of material and cosine has 16 bits.
 const MOST_MATERIALS: usize = 1000;
 
 /// Most particles of a field.
@@ -49,34 +50,11 @@ pub const MOST_PARTICLES: f64 = 1e15;
 /// A scene file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    /// The file cannot be read.
-    #[error("cannot read the scene {}: {source}", path.display())]
-    Read {
-        /// The scene file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// The file is not JSON of the scene's form.
-    #[error("{}: {source}", path.display())]
-    Form {
-        /// The scene file.
-        path: PathBuf,
-        /// What is wrong, with line and column.
-        source: serde_json::Error,
-    },
-    /// A value is out of its range, or a name refers to nothing.
-    #[error("{}: {place}: {problem}", path.display())]
-    Value {
-        /// The scene file.
-        path: PathBuf,
-        /// The key in the file.
-        place: String,
-        /// What is wrong with it.
-        problem: String,
-    },
+    /// The file cannot be read, or is not a valid scene.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// A packing was given where placed geometry is needed.
-    #[error("{}: the scene is a packing, a recipe that Blender has not carried out yet", path.display())]
+    #[error("{}: the scene is a packing, but placed geometry is needed", path.display())]
     NotPlaced {
         /// The scene file.
         path: PathBuf,
@@ -85,59 +63,56 @@ pub enum SceneError {
 
 impl Failure for SceneError {
     fn hint(&self) -> Option<String> {
-        Some(match self {
-            Self::Form { .. } => {
-                "`soilsig schema scene` prints the format; docs/scene.md explains it".into()
-            }
-            Self::NotPlaced { path } => {
-                format!(
-                    "run `soilsig pipeline --scene {} --out FOLDER` and use FOLDER/scene.json",
-                    path.display()
-                )
-            }
-            Self::Read { .. } | Self::Value { .. } => return None,
-        })
+        match self {
+            Self::File(error) => error.hint(),
+            Self::NotPlaced { path } => Some(format!(
+                "run `soilsig pipeline --scene {} --out FOLDER` and use FOLDER/scene.json",
+                path.display()
+            )),
+        }
     }
 }
 
-/// A scene file.
+/// A scene: what the sensor sees, what it is made of, and from where.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// Where it was read from; files that it names are relative to its folder.
+    /// The scene file. Files that it names are relative to its folder.
     #[serde(skip)]
     pub file: PathBuf,
     /// Version of the format: 1.
     pub soilsig_scene: u32,
-    /// What the scene is called in tables, charts and messages.
+    /// Name of the scene in tables, charts and messages.
     pub name: String,
-    /// Free text.
+    /// Free text: the heading of the chart. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub description: Option<String>,
-    /// Seed of the ray tracing (a packing has its own).
+    /// Random seed of the ray tracing, 0 to 2^64 - 1. A packing has its own.
     pub seed: u64,
-    /// Temperature of everything that has none of its own, kelvin, above 0.
+    /// Temperature of all materials without their own, K, 1 to 10000.
+    #[schemars(range(min = 1.0, max = 10_000.0))]
     pub temperature_k: f64,
-    /// Temperature of a grey sky, kelvin; without it the sky is cold and black (`l_downwelling` = 0), as in the
-    /// paper.
+    /// Temperature of the sky, K, 1 to 10000. Default: a cold black sky (`l_downwelling` = 0), as
+    /// in the paper.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sky_temperature_k: Option<Sky>,
-    /// Radiance of the sky from a file, in place of its temperature.
+    /// Radiance of the sky from a file, in place of `sky_temperature_k`. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sky_radiance: Option<SkyRadiance>,
-    /// A CSV file with what lies between target and sensor, relative to the scene file: columns `wavelength_um`,
-    /// `transmittance` and `l_path_w_m2_sr_um`. Without it nothing does.
+    /// A CSV file of the atmosphere between target and sensor, relative to the scene file. Its
+    /// columns are `wavelength_um`, `transmittance` and `l_path_w_m2_sr_um`. Default: no
+    /// atmosphere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub atmosphere_file: Option<PathBuf>,
-    /// Where the sensor looks from.
+    /// The direction to the sensor.
     pub view: View,
-    /// The sensor of `soilsig image`: its focal plane, bands and noise. Everything else sees the domain by parallel rays.
+    /// The sensor of `soilsig image`; other commands ignore it. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sensor: Option<Sensor>,
-    /// What surfaces are made of: one entry for each size class of each mineral, in the order in
-    /// which the bounce table counts them.
+    /// The surface materials, 1 to 1000: one for each size class of each mineral. The bounce table
+    /// counts them in this order.
     pub materials: Vec<Material>,
-    /// The bed, as a recipe or as placed meshes.
+    /// The bed: a recipe, or placed meshes.
     pub geometry: SceneGeometry,
 }
 
@@ -146,8 +121,9 @@ pub struct Scene {
 #[serde(deny_unknown_fields)]
 pub struct View {
     /// Angle from the vertical (+z), degrees, 0 (nadir view) to 89.9.
+    #[schemars(range(min = 0.0, max = 89.9))]
     pub zenith_deg: f64,
-    /// Angle of the sensor's place from +x towards +y, degrees.
+    /// Azimuth of the sensor, from +x towards +y, degrees. Default: 0.
     #[serde(default)]
     pub azimuth_deg: f64,
 }
@@ -156,52 +132,74 @@ pub struct View {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
-    /// The name used by `usemtl` in .obj files, by glTF materials and elsewhere in the scene.
+    /// Name of the material for `usemtl` in .obj files, for glTF materials and for other keys of
+    /// the scene. No two materials have the same name.
     pub name: String,
-    /// Emissivity of a facet against wavelength.
+    /// Emissivity of a facet by wavelength.
     pub spectrum: SpectrumSource,
-    /// Its own temperature, kelvin, in place of the scene's.
+    /// Temperature of the material, K, 1 to 10000. Default: the scene's `temperature_k`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1.0, max = 10_000.0))]
     pub temperature_k: Option<f64>,
-    /// Share of its reflectance that is specular, 0 to 1; the rest is Lambertian. Without it all of what `fresnel`
-    /// facets reflect is, and nothing of others.
+    /// Specular share of the reflectance, 0 to 1; the rest is Lambertian. Default: 1 for `fresnel`
+    /// spectra, 0 for others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub specular: Option<f64>,
 }
 
-/// The bed: to be made, or made.
+/// The bed: a recipe, or placed meshes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SceneGeometry {
     /// A recipe for Blender.
     Packing(Packing),
-    /// Meshes and where they stand.
+    /// Meshes in their places.
     Placed(Placed),
+}
+
+/// A file that a scene names.
+#[derive(Debug)]
+pub struct SceneFile<'a> {
+    /// Its path, relative to the scene's folder.
+    pub path: &'a mut PathBuf,
+    /// What it is, and the number of its material or band.
+    label: String,
+    is_table: bool,
+}
+
+impl SceneFile<'_> {
+    /// Name of a copy beside another scene file, unique within the scene. `file` is this file, or
+    /// one that belongs to it.
+    pub fn copy_name(&self, file: &Path) -> String {
+        let label = &self.label;
+        if self.is_table {
+            // Tables of several packings usually have the same name.
+            return format!("{label}.json");
+        }
+        format!("{label}_{}", file.file_name().unwrap_or_default().to_string_lossy())
+    }
 }
 
 impl Scene {
     /// Reads a scene file and checks it.
     pub fn read(path: &Path) -> Result<Self, SceneError> {
-        let text = fs::read_to_string(path)
-            .map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
-        Self::parse(&text, path)
+        Self::parse(&fs::read_to_string(path).map_err(FileError::read(path))?, path)
     }
 
-    /// Reads a scene from text; `path` is named in messages.
+    /// Reads a scene from text; `path` is its file.
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
         let text = text.trim_start_matches('\u{feff}');
-        let mut scene: Self = serde_json::from_str(text)
-            .map_err(|source| SceneError::Form { path: path.to_owned(), source })?;
-        scene.check().map_err(|(place, problem)| SceneError::Value {
-            path: path.to_owned(),
-            place,
-            problem,
+        let mut scene: Self = serde_json::from_str(text).map_err(|error| {
+            FileError::wrong(path, error.to_string())
+                .with_hint("`soilsig schema scene` prints the format; docs/scene.md explains it")
         })?;
-        scene.file = path.to_owned();
+        scene.check().map_err(|(place, problem)| FileError::wrong_at(path, place, problem))?;
+        path.clone_into(&mut scene.file);
         Ok(scene)
     }
 
-    /// A file that the scene names, from where the program stands.
+    /// The path of a file that the scene names.
     pub fn path_of(&self, file: &Path) -> PathBuf {
         self.folder().join(file)
     }
@@ -211,7 +209,10 @@ impl Scene {
         self.file.parent().unwrap_or(Path::new(""))
     }
 
-    /// The placed geometry, or an error that says how to get it.
+    /// The placed geometry.
+    ///
+    /// # Errors
+    /// A packing: Blender has not made the bed.
     pub fn placed(&self) -> Result<&Placed, SceneError> {
         match &self.geometry {
             SceneGeometry::Placed(placed) => Ok(placed),
@@ -219,7 +220,7 @@ impl Scene {
         }
     }
 
-    /// The temperature of a material, kelvin.
+    /// The temperature of a material, K.
     pub fn temperature_of(&self, material: &Material) -> f64 {
         material.temperature_k.unwrap_or(self.temperature_k)
     }
@@ -230,19 +231,42 @@ impl Scene {
             || matches!(self.sky_radiance, Some(SkyRadiance::ByZenith(_)))
     }
 
-    /// The files of sky, atmosphere and the sensor's bands, by what they are.
-    pub fn air_files_mut(&mut self) -> impl Iterator<Item = (String, &mut PathBuf)> {
-        let sky = self.sky_radiance.as_mut().map(|sky| ("sky".into(), sky.file_mut()));
-        let atmosphere = self.atmosphere_file.as_mut().map(|file| ("atmosphere".into(), file));
-        let bands = self.sensor.iter_mut().flat_map(|sensor| &mut sensor.bands).flatten();
-        let responses = bands.enumerate().filter_map(|(i, band)| match band {
-            SensorBands::File(file) => Some((format!("band{i}"), file)),
-            _ => None,
-        });
-        sky.into_iter().chain(atmosphere).chain(responses)
+    /// The paths of all files that the scene names besides meshes and grains.
+    pub fn files(&self) -> Vec<PathBuf> {
+        self.clone().files_mut().iter().map(|file| self.path_of(file.path)).collect()
     }
 
-    /// The place of a material in the list.
+    /// All files that the scene names besides meshes and grains: spectra, pure beds, sky,
+    /// atmosphere and responses of the sensor's bands.
+    pub fn files_mut(&mut self) -> Vec<SceneFile<'_>> {
+        let mut files = Vec::new();
+        let mut add =
+            |label: String, path, is_table| files.push(SceneFile { path, label, is_table });
+        for (i, material) in self.materials.iter_mut().enumerate() {
+            let (spectrum, tables) = material.spectrum.files_mut();
+            if let Some(path) = spectrum {
+                add(format!("spectrum_{i}"), path, false);
+            }
+            for (bed, path) in tables.iter_mut().enumerate() {
+                add(format!("pure_bed_{i}_{bed}"), path, true);
+            }
+        }
+        if let Some(sky) = &mut self.sky_radiance {
+            add("sky".into(), sky.file_mut(), false);
+        }
+        if let Some(path) = &mut self.atmosphere_file {
+            add("atmosphere".into(), path, false);
+        }
+        let bands = self.sensor.iter_mut().flat_map(|sensor| &mut sensor.bands).flatten();
+        for (i, band) in bands.enumerate() {
+            if let SensorBands::File(path) = band {
+                add(format!("band{i}"), path, false);
+            }
+        }
+        files
+    }
+
+    /// The index of a material.
     pub fn material_index(&self, name: &str) -> Option<usize> {
         self.materials.iter().position(|material| material.name == name)
     }
@@ -250,7 +274,7 @@ impl Scene {
     fn check(&self) -> Checked {
         need(self.soilsig_scene == FORMAT, "soilsig_scene", || {
             format!(
-                "version {} is not known; this program reads version {FORMAT}",
+                "version {} is unknown; this program reads version {FORMAT}",
                 self.soilsig_scene
             )
         })?;
@@ -261,12 +285,12 @@ impl Scene {
         need(
             self.sky_temperature_k.is_none() || self.sky_radiance.is_none(),
             "sky_radiance",
-            || "the sky has a temperature already: give one of both".into(),
+            || "the scene also has sky_temperature_k: give only one".into(),
         )?;
-        need((0.0..=89.9).contains(&self.view.zenith_deg), "view.zenith_deg", || {
-            format!("{} is not within 0 (nadir) to 89.9", self.view.zenith_deg)
+        within(self.view.zenith_deg, 0.0..=89.9, "view.zenith_deg")?;
+        need(self.view.azimuth_deg.is_finite(), "view.azimuth_deg", || {
+            "it is not a finite number".into()
         })?;
-        need(self.view.azimuth_deg.is_finite(), "view.azimuth_deg", || "not a number".into())?;
         if let Some(sensor) = &self.sensor {
             sensor.check()?;
         }
@@ -277,7 +301,7 @@ impl Scene {
         unique(self.materials.iter().map(|m| m.name.as_str()), "materials")?;
         for (i, material) in self.materials.iter().enumerate() {
             let name = &material.name;
-            // Mesh files could not name it.
+            // Mesh files could not name such a material.
             let is_plain = name.trim() == name && !name.contains(char::is_control);
             need(is_plain, &format!("materials[{i}].name"), || {
                 format!("{name:?} begins or ends with white space, or holds a control character")
@@ -287,9 +311,7 @@ impl Scene {
                 temperature(own, &format!("materials[{i}].temperature_k"))?;
             }
             if let Some(specular) = material.specular {
-                need((0.0..=1.0).contains(&specular), &format!("materials[{i}].specular"), || {
-                    format!("a share of {specular} is not within 0 to 1")
-                })?;
+                within(specular, 0.0..=1.0, &format!("materials[{i}].specular"))?;
             }
         }
         match &self.geometry {

@@ -1,4 +1,4 @@
-//! Meshes and where they stand.
+//! A bed of placed meshes.
 
 use std::collections::HashSet;
 use std::path::PathBuf;
@@ -9,17 +9,17 @@ use serde::{Deserialize, Serialize};
 use super::check::{Checked, need, positive, unique};
 use super::{FARTHEST_UM, MOST_PARTICLES, Material, known};
 
-/// Meshes and where they stand.
+/// A bed of placed meshes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Placed {
-    /// The distinct meshes.
+    /// The different meshes, at least one.
     pub prototypes: Vec<Prototype>,
-    /// Where they stand; without it each prototype stands once, as its file has it.
+    /// Copies of the meshes in their places. Default: each prototype once, where its file has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instances: Option<Vec<Instance>>,
-    /// The part that is looked at, and what bounds it; without it the sensor looks at the bounding
-    /// rectangle of everything, and all sides are open to the sky.
+    /// The part that the sensor sees, and its sides. Default: the bounding rectangle of all meshes,
+    /// with open sides and no floor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub domain: Option<Domain>,
 }
@@ -28,25 +28,25 @@ pub struct Placed {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Prototype {
-    /// The name that instances refer to.
+    /// The name that instances use. No two prototypes have the same name.
     pub name: String,
     /// A .obj, .gltf or .glb file, relative to the scene file.
     pub file: PathBuf,
-    /// The object (.obj) or node (glTF) of the file; without it the whole file.
+    /// An object of the .obj file or a node of the glTF file. Default: the whole file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub object: Option<String>,
-    /// Micrometres in one unit of the file: 1 for .obj and 1e6 (metres) for glTF if not given.
+    /// Length of the file's unit, um, above 0. Default: 1 for .obj, 1e6 (metres) for glTF.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit_um: Option<f64>,
-    /// The file's upward axis: z for .obj and y for glTF if not given.
+    /// The axis of the file that points up. Default: `z` for .obj, `y` for glTF.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up: Option<UpAxis>,
-    /// One material for all faces, in place of those that the file names.
+    /// One material of the scene for all faces. Default: the materials that the file names.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
 }
 
-/// Which axis of a file points up.
+/// The axis of a file that points up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum UpAxis {
@@ -56,65 +56,65 @@ pub enum UpAxis {
     Z,
 }
 
-/// One mesh in its place.
+/// A copy of a mesh in its place.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Instance {
-    /// The prototype's name.
+    /// Name of the prototype.
     pub prototype: String,
-    /// The upper three rows of a 4 x 4 matrix, row by row; the last column is in um.
+    /// The upper three rows of an invertible 4 x 4 matrix, row by row. The last column is in um;
+    /// all numbers are below 1e9.
     pub transform: [f64; 12],
 }
 
-/// The part of the scene that is looked at.
+/// The part of the bed that the sensor sees.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Domain {
-    /// Least x and y, um.
+    /// Least x and y, um, below `max_um`.
     pub min_um: [f64; 2],
     /// Greatest x and y, um.
     pub max_um: [f64; 2],
-    /// What stands at the four vertical sides.
+    /// How the bed continues beyond the four vertical sides.
     pub sides: Sides,
-    /// An opaque plane below, if there is one.
+    /// An opaque plane below the bed. Default: no floor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor: Option<Floor>,
 }
 
-/// What becomes of a ray that leaves the domain sideways: how the bed goes on there.
+/// How the bed continues beyond the sides of the domain, for a ray that leaves there.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Sides {
-    /// As its own mirror image, without end and without seam.
+    /// As its own mirror image, endlessly. The images match at the sides.
     Mirror,
-    /// As copies of itself, without end; a solid that a side cuts has a flat face there.
+    /// As copies of itself, endlessly. A solid that a side cuts gets a flat face there.
     Periodic,
-    /// As copies turned and mirrored at random, as far as the field goes, and beyond it the sky; a solid
-    /// that a side cuts has a flat face there.
+    /// As copies, randomly turned and mirrored, up to the rim of a field of finite size. A solid
+    /// that a side cuts gets a flat face there.
     Field {
-        /// How many particles the field has at least. A particle is a connected part of a mesh; the domain
-        /// has those whose middle lies within it.
+        /// Least number of particles in the field, 1 to 1e15. A particle is a connected part of a
+        /// mesh; the domain has those whose centre lies within it.
         particles: f64,
-        /// Seed of the turns.
+        /// Seed of the random turns. Default: 0.
         #[serde(default)]
         seed: u64,
     },
-    /// Not at all: the scene is a body in the open.
+    /// Not at all: rays leave for the sky.
     Open,
 }
 
-/// A horizontal opaque plane without end.
+/// An endless horizontal opaque plane.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Floor {
     /// Its height, um.
     pub z_um: f64,
-    /// Its material.
+    /// Its material, one of the scene's.
     pub material: String,
 }
 
 impl Placed {
-    /// What is wrong with it, in a scene of these materials.
     pub(super) fn check(&self, materials: &[Material]) -> Checked {
         let at = |key: &str| format!("geometry.placed.{key}");
         need(!self.prototypes.is_empty(), &at("prototypes"), || {
@@ -148,7 +148,7 @@ impl Placed {
         need(
             self.instances.as_ref().is_none_or(|instances| !instances.is_empty()),
             &at("instances"),
-            || "the list is empty: leave it out to have each prototype once".into(),
+            || "the list is empty: leave it out to place each prototype once".into(),
         )?;
         let Some(domain) = &self.domain else { return Ok(()) };
         for axis in 0..2 {
@@ -158,15 +158,16 @@ impl Placed {
             })?;
         }
         if let Sides::Field { particles, .. } = domain.sides {
-            need(
-                (1.0..=MOST_PARTICLES).contains(&particles),
-                &at("domain.sides.field.particles"),
-                || format!("{particles} is not within 1 to {MOST_PARTICLES:e}"),
-            )?;
+            let is_field = (1.0..=MOST_PARTICLES).contains(&particles);
+            need(is_field, &at("domain.sides.field.particles"), || {
+                format!("{particles} is not within 1 to {MOST_PARTICLES:e}")
+            })?;
         }
         if let Some(floor) = &domain.floor {
             known(materials, &floor.material, &at("domain.floor.material"))?;
-            need(floor.z_um.is_finite(), &at("domain.floor.z_um"), || "not a number".into())?;
+            need(floor.z_um.is_finite(), &at("domain.floor.z_um"), || {
+                "it is not a finite number".into()
+            })?;
         }
         Ok(())
     }

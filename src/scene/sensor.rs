@@ -1,4 +1,4 @@
-//! The sensor of a scene file: what `soilsig image` needs to know beyond the direction of the view.
+//! The sensor of a scene file, for `soilsig image`.
 
 use std::path::PathBuf;
 
@@ -11,37 +11,39 @@ use super::check::{Checked, need, positive};
 /// Most pixels along a side of the focal plane.
 const MOST_PIXELS: u32 = 16_384;
 
-/// An imaging sensor. Where it stands is the scene's `view`.
+/// An imaging sensor. The scene's `view` gives its direction.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sensor {
-    /// Pixels of the focal plane: columns and lines.
+    /// Columns and lines of the focal plane, 1 to 16384 each.
     pub pixels: [u32; 2],
-    /// What the focal plane sees; without it, by parallel rays, the domain.
+    /// How rays reach the focal plane. Default: parallel rays across the domain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub optics: Option<Optics>,
-    /// Spectral bands; without them the radiance at each wavelength that is asked for on the command line.
+    /// Spectral bands, at least one. Default: the single wavelengths of the command line.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bands: Option<Vec<SensorBands>>,
-    /// Noise of the detectors; without it there is none.
+    /// Noise of the detectors. Default: no noise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise: Option<Noise>,
 }
 
-/// How rays come to the focal plane. The line of sight goes through the middle of the domain.
+/// How rays reach the focal plane. The line of sight goes through the centre of the domain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Optics {
-    /// Parallel rays across a rectangle at right angles to the line of sight.
+    /// Parallel rays across a rectangle perpendicular to the line of sight.
     Orthographic {
-        /// Its width, um; pixels are square.
+        /// Width of the rectangle, um, above 0 to 1e9. Pixels are square.
         width_um: f64,
     },
-    /// Rays through one point.
+    /// Rays through one point, the pinhole.
     Pinhole {
-        /// Distance of that point from the middle of the domain, um.
+        /// Distance of the pinhole from the centre of the domain, um, above 0 to 1e9. It must be
+        /// above the bed.
         distance_um: f64,
-        /// Angle between the left and the right edge of the view, degrees; pixels are square.
+        /// Angle from the left to the right edge of the view, degrees, above 0 to 120. Pixels are
+        /// square.
         field_of_view_deg: f64,
     },
 }
@@ -50,81 +52,77 @@ pub enum Optics {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum SensorBands {
-    /// A band that responds alike within its width and not at all outside; of no width, at one wavelength.
+    /// A band with a constant response within its width. With width 0 it is one wavelength.
     Box {
-        /// Middle, um.
+        /// Centre, um, above 0.
         centre_um: f64,
-        /// Full width, um.
+        /// Full width, um, from 0 to below the centre.
         width_um: f64,
     },
     /// A band with a Gaussian response.
     Gaussian {
-        /// Middle, um.
+        /// Centre, um, above 0.
         centre_um: f64,
-        /// Full width at half maximum, um.
+        /// Full width at half maximum, um, above 0.
         fwhm_um: f64,
     },
-    /// A band whose response is in a file of two columns, wavelength in um and response from 0 to 1; relative to the scene
-    /// file.
+    /// A band with its response in a file, relative to the scene file. The columns are wavelength
+    /// (um) and response (0 to 1).
     File(PathBuf),
-    /// Gaussian bands at equal distances.
+    /// Equally spaced Gaussian bands.
     Grid {
-        /// Middle of the first band, um.
+        /// Centre of the first band, um, from 0.01.
         from_um: f64,
-        /// Middle of the last band, um.
+        /// Centre of the last band, um, up to 10000.
         to_um: f64,
-        /// Distance of their middles, um.
+        /// Distance between the centres, um, from 1e-6.
         step_um: f64,
-        /// Full width at half maximum of each, um.
+        /// Full width at half maximum of each band, um, above 0.
         fwhm_um: f64,
     },
 }
 
-/// Noise of the detectors, independent in each pixel and band, with a normal distribution. Either as radiance or as
-/// temperature.
+/// Normally distributed noise of the detectors, independent in each pixel and band. It is given as
+/// a radiance or as a temperature.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Noise {
-    /// Noise-equivalent radiance (NEdL), one standard deviation, W m-2 sr-1 um-1.
+    /// Noise-equivalent radiance (NEdL): one standard deviation, W m-2 sr-1 um-1, 0 or more.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nedl_w_m2_sr_um: Option<f64>,
-    /// Noise-equivalent temperature difference (NEdT) of a black body at the scene's temperature, K.
+    /// Noise-equivalent temperature difference (NEdT) of a black body at the scene's temperature,
+    /// K, 0 or more. Give this or `nedl_w_m2_sr_um`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nedt_k: Option<f64>,
-    /// Seed of the noise.
+    /// Random seed of the noise, 0 to 2^64 - 1.
     pub seed: u64,
 }
 
 impl Sensor {
-    /// What is wrong with it.
     pub(super) fn check(&self) -> Checked {
         need(
             self.pixels.iter().all(|side| (1..=MOST_PIXELS).contains(side)),
             "sensor.pixels",
             || format!("{:?} are not within 1 to {MOST_PIXELS} a side", self.pixels),
         )?;
-        let length = |um: f64, place: &str| {
-            need(um > 0.0 && um <= FARTHEST_UM, place, || {
-                format!("{um} um is not above 0 and at most {FARTHEST_UM:e}")
+        let up_to = |most: f64, value: f64, key: &str| {
+            need(value > 0.0 && value <= most, &format!("sensor.optics.{key}"), || {
+                format!("{value} is not above 0 and at most {most}")
             })
         };
         match self.optics {
             None => {}
             Some(Optics::Orthographic { width_um }) => {
-                length(width_um, "sensor.optics.orthographic.width_um")?;
+                up_to(FARTHEST_UM, width_um, "orthographic.width_um")?;
             }
             Some(Optics::Pinhole { distance_um, field_of_view_deg }) => {
-                length(distance_um, "sensor.optics.pinhole.distance_um")?;
-                need(
-                    field_of_view_deg > 0.0 && field_of_view_deg <= 120.0,
-                    "sensor.optics.pinhole.field_of_view_deg",
-                    || format!("{field_of_view_deg} is not above 0 and at most 120"),
-                )?;
+                up_to(FARTHEST_UM, distance_um, "pinhole.distance_um")?;
+                up_to(120.0, field_of_view_deg, "pinhole.field_of_view_deg")?;
             }
         }
         if let Some(bands) = &self.bands {
             need(!bands.is_empty(), "sensor.bands", || {
-                "the list is empty: leave it out to have the wavelengths of the command line".into()
+                "the list is empty: leave it out to use the wavelengths of the command line".into()
             })?;
             for (i, band) in bands.iter().enumerate() {
                 let at = |key: &str| format!("sensor.bands[{i}].{key}");
@@ -132,7 +130,7 @@ impl Sensor {
                     SensorBands::Box { centre_um, width_um } => {
                         positive(centre_um, &at("box.centre_um"))?;
                         need(width_um >= 0.0 && width_um < centre_um, &at("box.width_um"), || {
-                            format!("{width_um} is not at least 0 and below its middle")
+                            format!("{width_um} is not from 0 to below the centre")
                         })?;
                     }
                     SensorBands::Gaussian { centre_um, fwhm_um } => {
@@ -150,11 +148,11 @@ impl Sensor {
         }
         let Some(noise) = self.noise else { return Ok(()) };
         need(noise.nedl_w_m2_sr_um.is_some() != noise.nedt_k.is_some(), "sensor.noise", || {
-            "give one of nedl_w_m2_sr_um and nedt_k".into()
+            "give either nedl_w_m2_sr_um or nedt_k".into()
         })?;
         let level = noise.nedl_w_m2_sr_um.or(noise.nedt_k).unwrap_or_default();
         need(level.is_finite() && level >= 0.0, "sensor.noise", || {
-            format!("{level} is not a number of at least 0")
+            format!("{level} is not a finite number of 0 or more")
         })
     }
 }

@@ -1,10 +1,10 @@
-//! The scenes that the program carries, by their cover with fines, and scenes for any other cover.
+//! The shipped scenes, by their cover with fines, and scenes with any other cover.
 
 use std::path::Path;
 
 use crate::scene::{Cover, Fines, Packing, Scene, SceneGeometry};
 
-/// The shipped scenes, most covered first: the order of the paper's Fig. 6.
+/// The shipped scenes, from most to least covered: the order of the paper's Fig. 6.
 pub const COVERAGES: [(&str, &str); 4] = [
     ("full", include_str!("../../scenes/full.json")),
     ("less", include_str!("../../scenes/less.json")),
@@ -12,8 +12,8 @@ pub const COVERAGES: [(&str, &str); 4] = [
     ("bare", include_str!("../../scenes/bare.json")),
 ];
 
-/// Below this share of their silhouettes, half of the sparse scene's, fines add so little to the bulk of the
-/// grains that the bare scene's tray suits them better.
+/// Below this cover, half of the sparse scene's, the fines add little volume: the tray of the bare
+/// scene fits.
 const BARE_BULK: f64 = 0.3;
 
 /// The text of a shipped scene.
@@ -21,8 +21,8 @@ pub fn text(name: &str) -> Option<&'static str> {
     COVERAGES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
 }
 
-/// The scene whose grains have this share, 0 to 1, of their silhouettes covered with fines: the sparse scene
-/// with another number of fines. 0 is the bare scene itself.
+/// The sparse scene with another number of fines: they cover a share, 0 to 1, of the grains'
+/// silhouettes. A share of 0 gives the bare scene.
 pub fn with_cover(share: f64) -> Scene {
     if share == 0.0 {
         return shipped("bare");
@@ -43,7 +43,7 @@ pub fn with_cover(share: f64) -> Scene {
 
 fn shipped(name: &str) -> Scene {
     let text = text(name).expect("a shipped scene");
-    Scene::parse(text, Path::new(name)).expect("shipped scenes are sound")
+    Scene::parse(text, Path::new(name)).expect("shipped scenes are valid")
 }
 
 fn packing(scene: &mut Scene) -> &mut Packing {
@@ -58,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_share_is_asked_of_every_class_in_a_tray_that_suits_it() {
+    fn every_class_gets_the_share_and_the_tray_fits() {
         assert_eq!(with_cover(0.0), shipped("bare"));
         for (share, like) in [(0.05, "bare"), (0.6, "sparse"), (1.0, "full")] {
             let mut scene = with_cover(share);

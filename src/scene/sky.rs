@@ -6,14 +6,15 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::check::temperature;
+use crate::support::linear::locate;
 
-/// Temperature of the sky.
+/// Temperature of the sky, K, 1 to 10000: one number, or a list by zenith angle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Sky {
-    /// The same in all directions, kelvin.
+    /// The same temperature in all directions, K.
     Isotropic(f64),
-    /// By zenith angle: points in ascending order from 0 to 90 degrees, with straight lines between them.
+    /// Temperature by zenith angle, ascending from 0 to 90 degrees, linear between the points.
     ByZenith(Vec<SkyPoint>),
 }
 
@@ -21,9 +22,9 @@ pub enum Sky {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SkyPoint {
-    /// Angle from the vertical, degrees.
+    /// Angle from the vertical, degrees, 0 to 90.
     pub zenith_deg: f64,
-    /// Temperature, kelvin.
+    /// Temperature there, K, 1 to 10000.
     pub temperature_k: f64,
 }
 
@@ -31,9 +32,10 @@ pub struct SkyPoint {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SkyRadiance {
-    /// The same in all directions: columns `wavelength_um` and `l_downwelling_w_m2_sr_um`.
+    /// The same radiance in all directions: columns `wavelength_um` and
+    /// `l_downwelling_w_m2_sr_um`.
     Isotropic(PathBuf),
-    /// By zenith angle: a column `zenith_deg` besides, from 0 to 90.
+    /// Radiance by zenith angle: also a column `zenith_deg`, from 0 to 90.
     ByZenith(PathBuf),
 }
 
@@ -53,33 +55,30 @@ impl SkyRadiance {
 }
 
 impl Sky {
-    /// The temperature at a zenith angle from 0 to 90 degrees.
+    /// The temperature at a zenith angle from 0 to 90 degrees, K.
     pub fn temperature_k(&self, zenith_deg: f64) -> f64 {
         match self {
             Self::Isotropic(kelvin) => *kelvin,
-            Self::ByZenith(points) => {
-                let above = points
-                    .partition_point(|p| p.zenith_deg < zenith_deg)
-                    .clamp(1, points.len() - 1);
-                let [a, b] = [points[above - 1], points[above]];
-                let share = (zenith_deg - a.zenith_deg) / (b.zenith_deg - a.zenith_deg);
-                a.temperature_k + share * (b.temperature_k - a.temperature_k)
-            }
+            Self::ByZenith(points) => locate(points, |point| point.zenith_deg, zenith_deg)
+                .value(|i| points[i].temperature_k),
         }
     }
 
-    /// What is wrong with it, if anything is.
+    /// What is wrong with it, if anything.
     pub fn problem(&self) -> Option<String> {
-        let bad = |kelvin: &f64| temperature(*kelvin, "").err().map(|(_, problem)| problem);
+        let bad = |kelvin: f64| temperature(kelvin, "").err().map(|(_, problem)| problem);
         match self {
-            Self::Isotropic(kelvin) => bad(kelvin),
+            Self::Isotropic(kelvin) => bad(*kelvin),
             Self::ByZenith(points) => {
-                let zeniths: Vec<f64> = points.iter().map(|p| p.zenith_deg).collect();
-                let whole = zeniths.first() == Some(&0.0) && zeniths.last() == Some(&90.0);
-                if !whole || !zeniths.is_sorted_by(|a, b| a < b) {
+                let zenith = |point: Option<&SkyPoint>| point.map(|point| point.zenith_deg);
+                let ascends = points.is_sorted_by(|a, b| a.zenith_deg < b.zenith_deg);
+                if !ascends
+                    || zenith(points.first()) != Some(0.0)
+                    || zenith(points.last()) != Some(90.0)
+                {
                     return Some("the zenith angles do not ascend from 0 to 90 degrees".into());
                 }
-                points.iter().find_map(|p| bad(&p.temperature_k))
+                points.iter().find_map(|point| bad(point.temperature_k))
             }
         }
     }

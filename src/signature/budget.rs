@@ -5,8 +5,6 @@
 //! keep fines apart, the number and the spectra of facets, and straight lines between bands bring is told beside: no bed makes
 //! these smaller.
 
-use std::fmt::Write as _;
-
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +13,7 @@ use crate::histogram::Histogram;
 use crate::scene::{Collision, Packing};
 use crate::signature::{self, Band};
 use crate::spectrum::Spectrum;
+use crate::support::csv::{Csv, decimals};
 use crate::support::error::Error;
 use crate::support::statistics::{T_95, quantile_95};
 use crate::table::Table;
@@ -97,8 +96,19 @@ pub struct Budget {
 }
 
 /// Headings of a budget's CSV file.
-const COLUMNS: &str = "wavelength_um,total_half_width_95,rays_half_width_95,packings_half_width_95,rim,floor,given_up,apart,facets,\
-                       spectral_step,spectra_half_width_95";
+const COLUMNS: [&str; 11] = [
+    "wavelength_um",
+    "total_half_width_95",
+    "rays_half_width_95",
+    "packings_half_width_95",
+    "rim",
+    "floor",
+    "given_up",
+    "apart",
+    "facets",
+    "spectral_step",
+    "spectra_half_width_95",
+];
 
 impl Budget {
     /// The budget of a signature.
@@ -166,10 +176,9 @@ impl Budget {
 
     /// The budget as CSV; what does not apply has empty fields.
     pub fn csv_text(&self) -> String {
-        let mut text = COLUMNS.to_owned();
+        let mut csv = Csv::new(&COLUMNS);
         for share in &self.bands {
-            let _ = write!(text, "\n{}", share.wavelength_um);
-            for value in [
+            let numbers = [
                 Some(share.total),
                 Some(share.rays),
                 share.packings,
@@ -180,14 +189,11 @@ impl Budget {
                 share.facets,
                 Some(share.spectral_step),
                 Some(share.spectra),
-            ] {
-                let _ = match value {
-                    Some(value) => write!(text, ",{value:.7}"),
-                    None => write!(text, ","),
-                };
-            }
+            ];
+            let um = share.wavelength_um.to_string();
+            csv.row([um].into_iter().chain(numbers.map(decimals)));
         }
-        text + "\n"
+        csv.text()
     }
 }
 

@@ -1,11 +1,11 @@
 //! A signature as CSV.
 
-use std::fmt::Write as _;
 use std::path::Path;
 
 use super::{Band, retrieve};
 use crate::histogram::Estimate;
 use crate::radiometry::{Assumed, Temperature};
+use crate::support::csv::{Csv, decimals};
 use crate::support::output::{self, OutputError};
 
 /// Headings of a signature's CSV file.
@@ -39,15 +39,14 @@ pub const COLUMNS: [&str; 24] = [
 /// A signature as CSV, with what Eq. 2 and 3 give of it for a target of that temperature. What is not known, and bands
 /// that are masked, have empty fields.
 pub fn csv_text(bands: &[Band], temperature: Temperature, assumed: Assumed) -> String {
-    let mut text = COLUMNS.join(",") + "\n";
+    let mut csv = Csv::new(&COLUMNS);
     for (b, retrieved) in bands.iter().zip(retrieve(bands, temperature, assumed)) {
         let e = b.emissivity;
         let both = |of: Estimate| [Some(of.mean), Some(of.standard_error)];
         let [sensor, sensor_error] = b.path.map_or([None; 2], |_| both(b.l_sensor()));
         let brightness = b.measured().brightness_temperature();
         let eq3 = b.emissivity_eq3(temperature);
-        let _ = write!(text, "{}", b.wavelength_um);
-        for value in [
+        let numbers = [
             Some(e.mean),
             Some(e.standard_error),
             Some(e.half_width),
@@ -71,15 +70,11 @@ pub fn csv_text(bands: &[Band], temperature: Temperature, assumed: Assumed) -> S
             retrieved.emissivity.map(|[_, error]| error),
             Some(eq3[0]),
             Some(eq3[1]),
-        ] {
-            let _ = match value {
-                Some(value) => write!(text, ",{value:.7}"),
-                None => write!(text, ","),
-            };
-        }
-        let _ = writeln!(text, ",{}", u8::from(b.valid));
+        ];
+        let (um, valid) = (b.wavelength_um.to_string(), u8::from(b.valid).to_string());
+        csv.row([um].into_iter().chain(numbers.map(decimals)).chain([valid]));
     }
-    text
+    csv.text()
 }
 
 /// Writes a signature as [CSV](csv_text).

@@ -2,42 +2,17 @@
 
 use std::path::PathBuf;
 
-use super::shipped::{POWDERS, QUARTZ_SETS};
-use crate::support::envi::EnviError;
 use crate::support::error::Failure;
+use crate::support::file_error::FileError;
+use crate::support::linear::OutOfRange;
 
 /// A spectrum cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum SpectrumError {
-    /// The file cannot be read.
-    #[error("cannot read the spectrum {}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// The file is not a spectrum.
-    #[error("{}, line {line}: {problem}", path.display())]
-    Form {
-        /// The file.
-        path: PathBuf,
-        /// The line, from 1.
-        line: u64,
-        /// What is wrong there.
-        problem: String,
-    },
-    /// The file as a whole does not hold together.
-    #[error("{}: {problem}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        problem: String,
-        /// What the user can do about it.
-        hint: &'static str,
-    },
-    /// The file holds transmission, which tells no emissivity.
+    /// The file cannot be read, or is not a valid spectrum.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The file holds transmission, from which no emissivity follows.
     #[error("{}: this is a transmission spectrum ({said:?})", path.display())]
     Transmission {
         /// The file.
@@ -45,58 +20,52 @@ pub enum SpectrumError {
         /// Where it says so.
         said: String,
     },
-    /// Several spectra where one is wanted.
-    #[error("{} holds {} spectra, and one is wanted", path.display(), names.len())]
+    /// The file holds several spectra where one is needed.
+    #[error("{} holds {} spectra, but one is needed", path.display(), names.len())]
     Several {
         /// The file.
         path: PathBuf,
         /// Their names.
         names: Vec<String>,
     },
-    /// There is no shipped spectrum of that name.
-    #[error("there is no shipped spectrum {0:?}")]
-    Unknown(String),
-    /// There is no shipped set of optical constants of that name.
-    #[error("there are no shipped optical constants {0:?}")]
-    UnknownConstants(String),
-    /// The spectrum does not hold the wavelengths wanted.
-    #[error(
-        "the spectrum of {of} holds {}-{} um, and {} um is wanted",
-        held_um[0], held_um[1], span(*wanted_um)
-    )]
-    Range {
-        /// The file or the name of the spectrum.
-        of: String,
-        /// Least and greatest wavelength wanted, um.
-        wanted_um: [f64; 2],
-        /// Least and greatest wavelength held, um.
-        held_um: [f64; 2],
+    /// No shipped spectrum or set of optical constants has that name.
+    #[error("{name:?} is not a shipped {kind}")]
+    Unknown {
+        /// What was looked for.
+        kind: &'static str,
+        /// Its name.
+        name: String,
+        /// The names that exist.
+        known: Vec<&'static str>,
     },
-    /// A powder's emissivity that no facet can make.
+    /// The spectrum does not hold the wavelengths needed.
+    #[error(transparent)]
+    Range(#[from] OutOfRange),
+    /// A powder's emissivity that no facet can give.
     #[error(
-        "no facet makes a bed have the emissivity {emissivity:.4} of {of} at {wavelength_um} um: with white facets the \
-         pure bed still has {least:.4}"
+        "{of} has an emissivity of {emissivity:.4} at {wavelength_um} um, but the pure bed cannot \
+         go below {least:.4}, even with white facets"
     )]
     NoFacet {
         /// The powder's spectrum.
         of: String,
-        /// Where, um.
+        /// The wavelength, um.
         wavelength_um: f64,
         /// The powder's emissivity.
         emissivity: f64,
-        /// The least that the pure bed can have.
+        /// The least emissivity of the pure bed.
         least: f64,
     },
-    /// The channels at a wavelength wanted were deleted from the file.
+    /// The wavelength is in a gap of the file: its channels were deleted.
     #[error(
-        "the spectrum of {of} has no values between {} and {} um, and {wanted_um} um is wanted",
+        "the spectrum of {of} has no values between {} and {} um, but {needed_um} um is needed",
         gap_um[0], gap_um[1]
     )]
     Gap {
         /// The file.
         of: String,
-        /// The wavelength wanted, um.
-        wanted_um: f64,
+        /// The wavelength needed, um.
+        needed_um: f64,
         /// The last wavelength before the gap and the first after it, um.
         gap_um: [f64; 2],
     },
@@ -105,49 +74,31 @@ pub enum SpectrumError {
 impl Failure for SpectrumError {
     fn hint(&self) -> Option<String> {
         Some(match self {
-            Self::Unknown(_) => format!("there are {}", POWDERS.map(|(name, _)| name).join(", ")),
-            Self::UnknownConstants(_) => {
-                format!("there are {}", QUARTZ_SETS.map(|(name, _)| name).join(", "))
+            Self::File(error) => {
+                return error.hint_or(
+                    "docs/spectra.md names the formats; leave out bad values at wavelengths that \
+                     are not needed: `soilsig spectra convert FILE --range FROM-TO --out FILE.csv`",
+                );
             }
-            Self::Form { .. } => "docs/spectra.md names the formats that are read; bad values at \
-                                  wavelengths that are not wanted can be left out: `soilsig \
-                                  spectra convert FILE --range FROM-TO --out FILE.csv`"
-                .into(),
-            Self::File { hint, .. } => (*hint).into(),
-            Self::Transmission { .. } => "bring the reflectance of the same sample, or its \
-                                          emissivity: of transmission alone neither follows"
-                .into(),
+            Self::Unknown { known, .. } => format!("the names are {}", known.join(", ")),
+            Self::Transmission { .. } => {
+                "use the reflectance or the emissivity of the same sample".into()
+            }
             Self::Several { names, .. } => {
                 let shown = names.iter().take(8).map(String::as_str).collect::<Vec<_>>().join(", ");
                 format!(
-                    "write the one to a file of its own: `soilsig spectra convert FILE --name NAME \
-                     --out NAME.csv`; there are {shown}{}",
+                    "write one to its own file: `soilsig spectra convert FILE --name NAME --out \
+                     NAME.csv`; the names are {shown}{}",
                     if names.len() > 8 { " and more" } else { "" }
                 )
             }
-            Self::Range { held_um, .. } => {
-                format!("ask for a range within it: --range {}-{}", held_um[0], held_um[1])
-            }
+            Self::Range(error) => error.hint(),
             Self::NoFacet { .. } => {
-                "trace the pure bed with facets of a lower emissivity: paths are followed longer \
-                                     then, and fewer are given up"
+                "trace the pure bed with facets of a lower emissivity: paths are then followed \
+                 longer, and fewer are given up"
                     .into()
             }
-            Self::Gap { .. } => "ask for a range on one side of it, with --range".into(),
-            Self::Read { .. } => return None,
+            Self::Gap { .. } => "ask for a range on one side of the gap, with --range".into(),
         })
     }
-}
-
-impl From<EnviError> for SpectrumError {
-    fn from(error: EnviError) -> Self {
-        match error {
-            EnviError::Read { path, source } => Self::Read { path, source },
-            EnviError::Form { path, problem } => Self::Form { path, line: 1, problem },
-        }
-    }
-}
-
-fn span([from, to]: [f64; 2]) -> String {
-    if from == to { from.to_string() } else { format!("{from}-{to}") }
 }

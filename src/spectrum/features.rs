@@ -1,32 +1,33 @@
-//! The features of a quartz emissivity curve that tell covered grains from bare ones.
+//! The features of a quartz emissivity curve that distinguish covered grains from bare ones.
 //!
-//! A feature is reported where the curve shows it and is `None` where it does not: out of the
-//! curve's range, or no extremum between the ends of the search window. Grey materials have none
-//! of the extrema. Positions are those of samples: nothing is interpolated between them.
+//! A feature is `None` if its search window is outside the curve's range, or has no extremum
+//! between its ends. Grey materials have no extrema. Extrema are samples, without interpolation.
 
 use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-/// Windows of search and of the means, micrometres. Crystalline quartz has its extrema at 7.35;
-/// 8.50, 8.63 and 8.94; 12.5, 12.65 and 12.8; cover by fines moves the troughs near 8.5 and 8.9
-/// outwards, to 8.18 and 9.24 on fines alone.
+use crate::support::linear::interpolate;
+
+/// Search windows, um. Crystalline quartz has its extrema at 7.35; 8.50, 8.63 and 8.94; 12.5, 12.65
+/// and 12.8. Cover by fines moves the troughs near 8.5 and 8.9 outwards: to 8.18 and 9.24 for fines
+/// alone.
 const CHRISTIANSEN_UM: RangeInclusive<f64> = 7.2..=7.6;
 const RESTSTRAHLEN_UM: [RangeInclusive<f64>; 3] = [8.05..=8.6, 8.55..=8.75, 8.75..=9.45];
 const DOUBLET_12_UM: [RangeInclusive<f64>; 3] = [12.4..=12.6, 12.55..=12.75, 12.7..=12.9];
-/// The window of the reststrahlen bands, where cover by fines raises the emissivity.
+/// The window of the reststrahlen bands, um: cover by fines raises the emissivity there.
 pub const RESTSTRAHLEN_WINDOW_UM: RangeInclusive<f64> = 8.0..=9.5;
-/// The window of volume scattering, where cover by fines lowers it.
+/// The window of volume scattering, um: cover by fines lowers the emissivity there.
 pub const TRANSPARENCY_WINDOW_UM: RangeInclusive<f64> = 10.0..=12.0;
 
-/// An extremum stands out from both ends of its window by this at least: above the rounding of
-/// files with six digits, below the faintest Christiansen maximum (2e-4).
+/// Least height of an extremum above both ends of its window. It is above the rounding of files
+/// with six digits and below the faintest Christiansen maximum (2e-4).
 const PROMINENCE: f64 = 1e-5;
 
 /// One sample of the curve.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Extremum {
-    /// Wavelength, micrometres.
+    /// Wavelength, um.
     pub wavelength_um: f64,
     /// Emissivity, 0 to 1.
     pub emissivity: f64,
@@ -48,8 +49,8 @@ pub struct Doublet {
 /// The features of one curve.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Features {
-    /// The Christiansen maximum, 7.2 to 7.6 um: none if the curve only rises or falls there, as
-    /// one that begins at 7.5 um does.
+    /// The Christiansen maximum, 7.2 to 7.6 um; `None` if the curve only rises or falls there, like
+    /// one that begins at 7.5 um.
     pub christiansen: Option<Extremum>,
     /// The reststrahlen doublet, 8 to 9.5 um.
     pub reststrahlen: Option<Doublet>,
@@ -62,7 +63,7 @@ pub struct Features {
 }
 
 impl Features {
-    /// Every extremum found, in the order of wavelength.
+    /// All extrema, by wavelength.
     pub fn extrema(&self) -> impl Iterator<Item = Extremum> {
         let doublet = |d: Option<Doublet>| {
             d.into_iter().flat_map(|d| [d.short_trough, d.peak, d.long_trough])
@@ -76,14 +77,14 @@ impl Features {
 
 /// Finds the features of a curve.
 ///
-/// `wavelength_um` must ascend and hold as many samples as `emissivity`, all finite: that is the
-/// caller's charge, and the features of other curves mean nothing.
+/// The wavelengths must ascend and be as many as the emissivities; all numbers must be finite.
+/// Otherwise the result means nothing.
 pub fn features(wavelength_um: &[f64], emissivity: &[f64]) -> Features {
     debug_assert_eq!(wavelength_um.len(), emissivity.len());
     debug_assert!(wavelength_um.is_sorted());
-    let curve = CurveRef { wavelength_um, emissivity };
+    let curve = Curve { wavelength_um, emissivity };
     Features {
-        christiansen: curve.maximum(&CHRISTIANSEN_UM),
+        christiansen: curve.extremum(&CHRISTIANSEN_UM, 1.0),
         reststrahlen: curve.doublet(&RESTSTRAHLEN_UM),
         doublet_12_um: curve.doublet(&DOUBLET_12_UM),
         mean_8_to_9p5_um: curve.mean(&RESTSTRAHLEN_WINDOW_UM),
@@ -92,13 +93,13 @@ pub fn features(wavelength_um: &[f64], emissivity: &[f64]) -> Features {
 }
 
 #[derive(Clone, Copy)]
-struct CurveRef<'a> {
+struct Curve<'a> {
     wavelength_um: &'a [f64],
     emissivity: &'a [f64],
 }
 
-impl CurveRef<'_> {
-    /// The samples inside a window; its ends belong to it, whatever their rounding.
+impl Curve<'_> {
+    /// The samples within a window, its ends included whatever their rounding.
     fn within(self, window_um: &RangeInclusive<f64>) -> Self {
         let first = self.wavelength_um.partition_point(|&w| w < window_um.start() - 1e-9);
         let end = self.wavelength_um.partition_point(|&w| w <= window_um.end() + 1e-9);
@@ -108,7 +109,7 @@ impl CurveRef<'_> {
         }
     }
 
-    /// The window's highest sample (`sign` 1) or lowest (-1), if it is no end of a slope.
+    /// The window's highest sample (`sign` 1) or lowest (-1), unless it is the end of a slope.
     fn extremum(self, window_um: &RangeInclusive<f64>, sign: f64) -> Option<Extremum> {
         let Self { wavelength_um, emissivity } = self.within(window_um);
         let height = |i: usize| sign * emissivity[i];
@@ -119,54 +120,29 @@ impl CurveRef<'_> {
             .then(|| Extremum { wavelength_um: wavelength_um[top], emissivity: emissivity[top] })
     }
 
-    fn maximum(self, window_um: &RangeInclusive<f64>) -> Option<Extremum> {
-        self.extremum(window_um, 1.0)
-    }
-
-    fn minimum(self, window_um: &RangeInclusive<f64>) -> Option<Extremum> {
-        self.extremum(window_um, -1.0)
-    }
-
     fn doublet(self, [short, middle, long]: &[RangeInclusive<f64>; 3]) -> Option<Doublet> {
-        let (short_trough, peak, long_trough) =
-            (self.minimum(short)?, self.maximum(middle)?, self.minimum(long)?);
+        let [short_trough, long_trough] = [self.extremum(short, -1.0)?, self.extremum(long, -1.0)?];
+        let peak = self.extremum(middle, 1.0)?;
         let in_order = short_trough.wavelength_um < peak.wavelength_um
             && peak.wavelength_um < long_trough.wavelength_um
             && peak.emissivity > short_trough.emissivity.max(long_trough.emissivity);
-        in_order.then_some(Doublet {
-            short_trough,
-            peak,
-            long_trough,
-            contrast: peak.emissivity - 0.5 * (short_trough.emissivity + long_trough.emissivity),
-        })
+        let contrast = peak.emissivity - 0.5 * (short_trough.emissivity + long_trough.emissivity);
+        in_order.then_some(Doublet { short_trough, peak, long_trough, contrast })
     }
 
-    /// The mean over a window that the curve covers with three samples or more, by trapezia:
-    /// steps need not be equal, and the window's ends need not be samples.
+    /// The mean over a window that the curve covers with three samples or more, by trapezia. Steps
+    /// may differ, and the window's ends need not be samples.
     fn mean(self, window_um: &RangeInclusive<f64>) -> Option<f64> {
         let (start, end) = (*window_um.start(), *window_um.end());
-        let inside = self.within(window_um);
-        let covered =
-            self.wavelength_um.first()? - 1e-9 <= start && self.wavelength_um.last()? + 1e-9 >= end;
-        if !covered || inside.wavelength_um.len() < 3 {
+        let inside = self.within(window_um).wavelength_um;
+        let (first, last) = (self.wavelength_um.first()?, self.wavelength_um.last()?);
+        if first - 1e-9 > start || last + 1e-9 < end || inside.len() < 3 {
             return None;
         }
-        let (mut area, mut before) = (0.0, (start, self.at(start)));
-        let samples = inside.wavelength_um.iter().copied().zip(inside.emissivity.iter().copied());
-        for (w, e) in samples.chain([(end, self.at(end))]) {
-            area += 0.5 * (before.1 + e) * (w - before.0);
-            before = (w, e);
-        }
-        Some(area / (end - start))
-    }
-
-    /// The emissivity between samples, linear; needs two samples.
-    fn at(self, wavelength_um: f64) -> f64 {
-        let above = self.wavelength_um.partition_point(|&w| w < wavelength_um);
-        let above = above.clamp(1, self.wavelength_um.len() - 1);
-        let [w0, w1] = [self.wavelength_um[above - 1], self.wavelength_um[above]];
-        let [e0, e1] = [self.emissivity[above - 1], self.emissivity[above]];
-        e0 + (e1 - e0) * ((wavelength_um - w0) / (w1 - w0)).clamp(0.0, 1.0)
+        let um: Vec<f64> = [start].iter().chain(inside).chain(&[end]).copied().collect();
+        let at = |um| interpolate(self.wavelength_um, self.emissivity, um);
+        let areas = um.windows(2).map(|w| 0.5 * (at(w[0]) + at(w[1])) * (w[1] - w[0]));
+        Some(areas.sum::<f64>() / (end - start))
     }
 }
 
@@ -234,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn means_do_not_mind_uneven_steps() {
+    fn means_are_exact_with_uneven_steps() {
         let wavelength_um = [7.0, 7.9, 8.1, 9.0, 9.4, 11.0];
         let emissivity = wavelength_um.map(|w| 0.1 * w);
         let found = features(&wavelength_um, &emissivity);

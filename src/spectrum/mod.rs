@@ -1,4 +1,4 @@
-//! Emissivity of a facet against wavelength, and where it comes from.
+//! Emissivity of a facet by wavelength, and its sources.
 
 mod error;
 pub mod features;
@@ -15,6 +15,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::spectrum::optics::{PowderForm, UniaxialCrystal};
+use crate::support::linear::{OutOfRange, interpolate};
 
 pub use error::SpectrumError;
 pub use mode::{FacetSource, Mode};
@@ -22,26 +23,27 @@ pub use pure_bed::PureBed;
 pub use shipped::{all, crystal};
 pub use tabulated::{Quantity, Tabulated, Warning};
 
-/// Kirchhoff's law for an opaque surface, both ways: emissivity of a reflectance, reflectance of an
-/// emissivity. The reflectance is that into, or from, the whole hemisphere.
-pub fn kirchhoff(one_of_both: f64) -> f64 {
-    1.0 - one_of_both
+/// Kirchhoff's law for an opaque surface: the emissivity for a reflectance, or the reflectance for
+/// an emissivity, 0 to 1. The reflectance is hemispherical.
+pub fn kirchhoff(emissivity_or_reflectance: f64) -> f64 {
+    1.0 - emissivity_or_reflectance
 }
 
-/// Emissivity against wavelength. As JSON it is whole in itself: a table that carries it can be
-/// evaluated where the spectrum's file is not at hand.
+/// Emissivity by wavelength. Its JSON is complete: a table with it can be evaluated without the
+/// spectrum's file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(into = "Stored", try_from = "Stored")]
 pub enum Spectrum {
     /// The same at every wavelength.
     Constant(f64),
-    /// Shipped closed form, by its name.
+    /// A shipped closed form, with its name.
     Builtin(String, Box<PowderForm>),
     /// Points with straight lines between them.
     Tabulated(Tabulated),
-    /// Specular reflection by shipped optical constants, by their name: it depends on the angle.
+    /// Specular facets by shipped optical constants, with their name. Their reflectance depends on
+    /// the angle of incidence.
     Fresnel(String, &'static UniaxialCrystal),
-    /// Facets such that a bed of them alone has the emissivity of a powder's spectrum.
+    /// The facets of a powder: a bed of them alone has the emissivity of the powder's spectrum.
     Inverted(Box<Spectrum>, PureBed),
 }
 
@@ -112,7 +114,7 @@ impl fmt::Display for Spectrum {
 }
 
 impl Spectrum {
-    /// Facets that reflect specularly by shipped optical constants.
+    /// Specular facets by shipped optical constants.
     pub fn fresnel(constants: &str) -> Result<Self, SpectrumError> {
         Ok(Self::Fresnel(constants.to_owned(), crystal(constants)?))
     }
@@ -122,22 +124,23 @@ impl Spectrum {
         Ok(Self::Builtin(name.to_owned(), Box::new(shipped::powder(name)?)))
     }
 
-    /// What is wrong with it, if anything: a table may have been written by other hands.
+    /// Why it is not a valid spectrum, if it is not: its table may be of another origin.
     pub(crate) fn problem(&self) -> Option<String> {
-        let outside = |e: &f64| !(0.0..=1.0).contains(e);
         match self {
-            Self::Constant(value) if outside(value) => {
+            Self::Constant(value) if !(0.0..=1.0).contains(value) => {
                 Some(format!("an emissivity of {value} is not within 0 to 1"))
             }
-            Self::Tabulated(points) if !points.is_sound() => {
-                Some(format!("the spectrum of {} is not one", points.file))
-            }
+            Self::Tabulated(points) if !points.is_sound() => Some(format!(
+                "{} is not a valid spectrum: it needs two or more ascending wavelengths, each with \
+                 an emissivity of 0 to 1",
+                points.file
+            )),
             Self::Inverted(powder, pure_bed) => powder.problem().or_else(|| pure_bed.problem()),
             _ => None,
         }
     }
 
-    /// Least and greatest wavelength that the spectrum holds, um; `None` where there is no bound.
+    /// Least and greatest wavelength of the spectrum, um; `None` if it is unbounded.
     pub fn range_um(&self) -> Option<[f64; 2]> {
         match self {
             Self::Constant(_) => None,
@@ -148,20 +151,25 @@ impl Spectrum {
         }
     }
 
-    /// Whether the reflectance depends on the angle of incidence. The facets are specular then, unless the scene says
-    /// otherwise, and Lambertian otherwise.
+    /// Whether the reflectance depends on the angle of incidence. Such facets are specular and
+    /// others Lambertian, unless the scene says otherwise.
     pub fn is_angular(&self) -> bool {
         matches!(self, Self::Fresnel(..))
     }
 
-    /// Emissivity at a wavelength in um; an error outside the range held, never a guess. Where it
-    /// depends on the angle, this is the hemispherical one.
+    /// Emissivity at a wavelength in um, 0 to 1. If it depends on the angle, this is the
+    /// hemispherical emissivity.
+    ///
+    /// # Errors
+    /// A wavelength outside the range or in a gap, or a powder's emissivity that no facet gives.
     pub fn emissivity(&self, wavelength_um: f64) -> Result<f64, SpectrumError> {
         self.within_range(wavelength_um)?;
         Ok(match self {
             Self::Constant(value) => *value,
             Self::Builtin(_, form) => form.emissivity(wavelength_um),
-            Self::Tabulated(points) => points.interpolate(wavelength_um),
+            Self::Tabulated(points) => {
+                interpolate(&points.wavelength_um, &points.emissivity, wavelength_um)
+            }
             Self::Fresnel(_, crystal) => {
                 kirchhoff(crystal.hemispherical_reflectance(wavelength_um))
             }
@@ -177,9 +185,12 @@ impl Spectrum {
         })
     }
 
-    /// Reflectance of a facet at a wavelength in um, for unpolarised light at a cosine of the angle of
-    /// incidence from 0 to 1; the same at every angle unless it [is angular](Self::is_angular). An error
-    /// outside the range held.
+    /// Reflectance of a facet for unpolarised light, 0 to 1, at a wavelength in um and a cosine of
+    /// the angle of incidence from 0 to 1. It is the same at every angle unless it [is
+    /// angular](Self::is_angular).
+    ///
+    /// # Errors
+    /// As for [`Self::emissivity`].
     pub fn reflectance_at(&self, wavelength_um: f64, cosine: f64) -> Result<f64, SpectrumError> {
         match self {
             Self::Fresnel(_, crystal) => {
@@ -190,38 +201,31 @@ impl Spectrum {
         }
     }
 
-    /// Whether the spectrum holds all wavelengths from one to another, um.
-    pub fn covers(&self, wanted_um: [f64; 2]) -> Result<(), SpectrumError> {
-        match self.range_um() {
-            Some(held_um) if !(held_um[0] <= wanted_um[0] && wanted_um[1] <= held_um[1]) => {
-                let of = match self {
-                    Self::Tabulated(points) => &points.file,
-                    Self::Inverted(powder, _) => return powder.covers(wanted_um),
-                    _ => self.name(),
-                };
-                Err(SpectrumError::Range { of: of.to_owned(), wanted_um, held_um })
-            }
-            _ => Ok(()),
-        }
+    /// An error unless the spectrum holds all wavelengths from one to another, um.
+    pub fn covers(&self, needed_um: [f64; 2]) -> Result<(), SpectrumError> {
+        let of = match self {
+            Self::Tabulated(points) => &points.file,
+            Self::Inverted(powder, _) => return powder.covers(needed_um),
+            _ => self.name(),
+        };
+        let of = || format!("the spectrum of {of}");
+        let check = |held_um| OutOfRange::check(of, needed_um, held_um);
+        Ok(self.range_um().map_or(Ok(()), check)?)
     }
 
     fn within_range(&self, wavelength_um: f64) -> Result<(), SpectrumError> {
         self.covers([wavelength_um; 2])?;
         match self {
             Self::Inverted(powder, _) => powder.within_range(wavelength_um),
-            Self::Tabulated(points) => match points.gap_um(wavelength_um) {
-                None => Ok(()),
-                Some(gap_um) => Err(SpectrumError::Gap {
-                    of: points.file.clone(),
-                    wanted_um: wavelength_um,
-                    gap_um,
-                }),
-            },
+            Self::Tabulated(points) => points.gap_um(wavelength_um).map_or(Ok(()), |gap_um| {
+                let of = points.file.clone();
+                Err(SpectrumError::Gap { of, needed_um: wavelength_um, gap_um })
+            }),
             _ => Ok(()),
         }
     }
 
-    /// Its name, or that of its file.
+    /// Its name, or the name of its file.
     pub fn name(&self) -> &str {
         match self {
             Self::Constant(_) => "constant",
@@ -231,7 +235,7 @@ impl Spectrum {
         }
     }
 
-    /// What speaks against it, if anything.
+    /// Warnings about its values.
     pub fn warnings(&self) -> &[Warning] {
         match self {
             Self::Tabulated(points) => &points.warnings,
@@ -264,30 +268,25 @@ mod tests {
     #[test]
     fn what_is_wrong_in_a_csv_spectrum_is_named_with_its_line() {
         for (content, line, part) in [
-            ("8,0.2\n9,NaN\n", 2, "within 0 to 1"),
-            ("8,0.2\n9,35\n", 2, "within 0 to 1"),
-            ("8,0.2\nx,0.3\n", 2, "not two numbers"),
-            ("8,0.2\n9,0.3,1\n", 2, "3 columns"),
-            ("8,0.2\n8,0.3\n", 2, "twice"),
-            ("-8,0.2\n8,0.3\n", 1, "not a wavelength"),
-            ("um,eps\n8,0.2\n", 1, "at least two"),
+            ("8,0.2\n9,NaN\n", "line 2", "within 0 to 1"),
+            ("8,0.2\n9,35\n", "line 2", "within 0 to 1"),
+            ("8,0.2\nx,0.3\n", "line 2", "not two numbers"),
+            ("8,0.2\n9,0.3,1\n", "line 2", "3 columns"),
+            ("8,0.2\n8,0.3\n", "line 2", "twice"),
+            ("-8,0.2\n8,0.3\n", "line 1", "not a valid wavelength"),
+            ("um,eps\n8,0.2\n", "", "at least two"),
         ] {
-            match csv(content) {
-                Err(SpectrumError::Form { line: at, problem, .. }) => {
-                    assert_eq!(at, line, "{content:?}: {problem}");
-                    assert!(problem.contains(part), "{content:?}: {problem}");
-                }
-                other => panic!("{content:?} gave {other:?}"),
-            }
+            let error = csv(content).expect_err("it is refused").to_string();
+            assert!(error.contains(line) && error.contains(part), "{content:?}: {error}");
         }
     }
 
     #[test]
-    fn outside_its_range_a_spectrum_is_an_error_and_no_guess() {
+    fn outside_its_range_a_spectrum_is_an_error() {
         let spectrum = Spectrum::builtin("quartz_fine").expect("shipped");
         assert!(spectrum.emissivity(7.3).is_ok() && spectrum.emissivity(14.0).is_ok());
         for um in [7.299, 14.001, f64::NAN] {
-            assert!(matches!(spectrum.emissivity(um), Err(SpectrumError::Range { .. })), "{um}");
+            assert!(matches!(spectrum.emissivity(um), Err(SpectrumError::Range(_))), "{um}");
         }
     }
 
@@ -300,13 +299,13 @@ mod tests {
         assert!((fresnel.emissivity(9.0).expect("in range") + mean - 1.0).abs() < 1e-12);
         for um in [6.99, 14.01] {
             for outside in [fresnel.emissivity(um), fresnel.reflectance_at(um, 1.0)] {
-                assert!(matches!(outside, Err(SpectrumError::Range { .. })), "{um}");
+                assert!(matches!(outside, Err(SpectrumError::Range(_))), "{um}");
             }
         }
         let constant = Spectrum::Constant(0.25);
         assert!(!constant.is_angular());
         assert_eq!(constant.reflectance_at(9.0, 0.1).expect("no bound"), 0.75);
-        assert!(matches!(Spectrum::fresnel("basalt"), Err(SpectrumError::UnknownConstants(_))));
+        assert!(matches!(Spectrum::fresnel("basalt"), Err(SpectrumError::Unknown { .. })));
     }
 
     #[test]

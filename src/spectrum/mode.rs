@@ -1,4 +1,4 @@
-//! What kind of spectrum a facet has, and what that means for a result.
+//! The kind of a facet's spectrum, its error, and what they mean for a result.
 
 use std::fmt;
 
@@ -10,38 +10,33 @@ use super::{Spectrum, SpectrumError, kirchhoff};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
-    /// A spectrum as it was measured or fitted.
+    /// A measured or fitted spectrum.
     Library,
-    /// A powder's spectrum, taken apart by a pure bed.
+    /// A powder's spectrum, inverted by a pure bed.
     Inverted,
-    /// Optical constants, at the angle of each hit.
+    /// Optical constants, evaluated at the angle of each hit.
     Fresnel,
-    /// A number.
+    /// One number.
     Constant,
 }
 
 impl fmt::Display for Mode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Library => "library",
-            Self::Inverted => "inverted",
-            Self::Fresnel => "fresnel",
-            Self::Constant => "constant",
-        })
+        f.write_str(&format!("{self:?}").to_lowercase())
     }
 }
 
-/// The facets of a material, as a result tells them.
+/// The facets of a material, as a result describes them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FacetSource {
-    /// What kind of spectrum it is.
+    /// Kind of spectrum.
     pub mode: Mode,
-    /// The spectrum.
+    /// Description of the spectrum.
     pub spectrum: String,
-    /// What it means for the result.
+    /// What this means for the result.
     pub means: String,
-    /// What speaks against the spectrum that was read.
+    /// Warnings about the spectrum.
     pub warnings: Vec<String>,
 }
 
@@ -56,26 +51,26 @@ impl Spectrum {
         }
     }
 
-    /// Standard error of a facet's emissivity at a wavelength in um, of a fit its root mean square, of inverted facets by
-    /// those of the powder and of the pure bed; `None` where the spectrum comes without one.
+    /// Standard error of a facet's emissivity at a wavelength in um; `None` if it is unknown. For a
+    /// fit it is the root mean square error. For inverted facets it combines those of the powder
+    /// and of the pure bed.
     pub fn error(&self, um: f64) -> Result<Option<f64>, SpectrumError> {
         Ok(match self {
             Self::Constant(_) => Some(0.0),
             Self::Builtin(_, form) => Some(form.parameters.rms),
             Self::Tabulated(_) | Self::Fresnel(..) => None,
-            Self::Inverted(powder, bed) => match powder.error(um)? {
-                None => None,
-                Some(error) => {
-                    let wanted = kirchhoff(powder.emissivity(um)?);
+            Self::Inverted(powder, bed) => {
+                let reflectance = kirchhoff(powder.emissivity(um)?);
+                let facet = |rho: f64| bed.facet(rho.clamp(0.0, 1.0)).unwrap_or(1.0);
+                powder.error(um)?.map(|error| {
                     let error = error.hypot(bed.standard_error);
-                    let facet = |rho: f64| bed.facet(rho.clamp(0.0, 1.0)).unwrap_or(1.0);
-                    Some((facet(wanted + error) - facet(wanted - error)) / 2.0)
-                }
-            },
+                    (facet(reflectance + error) - facet(reflectance - error)) / 2.0
+                })
+            }
         })
     }
 
-    /// Whether it comes with an error.
+    /// Whether its standard error is known.
     pub fn has_error(&self) -> bool {
         match self {
             Self::Constant(_) | Self::Builtin(..) => true,
@@ -84,22 +79,23 @@ impl Spectrum {
         }
     }
 
-    /// What a result has to say of it.
+    /// What a result says of it.
     pub fn facets(&self) -> FacetSource {
         let means = match self {
-            Self::Builtin(..) => "a powder's emissivity on facets: scattering between grains counts twice, the bed \
-                                  comes out too emissive"
+            Self::Builtin(..) => "the facets have the emissivity of a powder: scattering between \
+                                  grains counts twice, and the bed's emissivity is too high"
                 .into(),
-            Self::Tabulated(_) => "an emissivity on facets as it is: if it is a powder's, scattering between grains \
-                                   counts twice, and the bed comes out too emissive"
+            Self::Tabulated(_) => "the facets have the emissivity of the file: if it is a \
+                                   powder's, scattering between grains counts twice, and the \
+                                   bed's emissivity is too high"
                 .into(),
             Self::Inverted(_, pure_bed) => format!(
-                "facets of which a bed of this material alone ({}) has the powder's emissivity; that bed is known to \
-                 {:.4} (standard error)",
+                "the facets give a bed of this material alone ({}) the powder's emissivity; the \
+                 standard error of that bed is {:.4}",
                 pure_bed.title, pure_bed.standard_error
             ),
-            Self::Fresnel(..) => "specular facets by optical constants, nothing fitted; for grains that let no light \
-                                  through"
+            Self::Fresnel(..) => "specular facets by optical constants, without a fit; for opaque \
+                                  grains"
                 .into(),
             Self::Constant(_) => "the same at every wavelength".into(),
         };

@@ -6,28 +6,30 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::{SpectrumError, kirchhoff};
+use crate::support::file_error::FileError;
+use crate::support::linear::ends;
 
-/// A spectrum as points, wavelengths ascending.
+/// A spectrum as points, with straight lines between them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Tabulated {
-    /// The file that the points come from.
+    /// Name of the file that the points come from.
     pub file: String,
-    /// What the file calls the spectrum, where it gives it a name.
+    /// The name of the spectrum in the file, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// Wavelengths, um, ascending, at least two.
     pub wavelength_um: Vec<f64>,
     /// Emissivity at each, 0 to 1.
     pub emissivity: Vec<f64>,
-    /// Where channels were deleted: the wavelengths held on both sides, um.
+    /// Gaps of deleted channels: the last wavelength before each and the first after it, um.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub gaps_um: Vec<[f64; 2]>,
-    /// What speaks against it, if anything.
+    /// Warnings about its values.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<Warning>,
 }
 
-/// What speaks against a spectrum that can still be read.
+/// A warning about a spectrum that can still be used.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Warning {
@@ -35,9 +37,9 @@ pub enum Warning {
     Bidirectional(String),
     /// The file does not say how the reflectance was measured.
     GeometryNotStated,
-    /// The file's weights by angle are not read.
+    /// The file's weights by angle are not used.
     AngularWeights,
-    /// A step of 100 cm-1, that of DIRSIG's old files.
+    /// The step is 100 cm-1, as in DIRSIG's old files.
     Coarse,
 }
 
@@ -45,9 +47,9 @@ impl Warning {
     /// In a few words, for captions.
     pub fn in_short(&self) -> &'static str {
         match self {
-            Self::Bidirectional(_) => "bidirectional: no emissivity in level",
-            Self::GeometryNotStated => "not known to be hemispherical",
-            Self::AngularWeights => "weights by angle left out",
+            Self::Bidirectional(_) => "bidirectional: its level is not an emissivity",
+            Self::GeometryNotStated => "perhaps not hemispherical",
+            Self::AngularWeights => "weights by angle not used",
             Self::Coarse => "too coarse for quartz",
         }
     }
@@ -59,25 +61,25 @@ impl fmt::Display for Warning {
             Self::Bidirectional(said) => write!(
                 f,
                 "the file says {said:?}: emissivity is 1 - reflectance (Kirchhoff) only for light \
-                 reflected into the whole hemisphere; the level is not to be trusted"
+                 reflected into the whole hemisphere, so the level is not reliable"
             ),
             Self::GeometryNotStated => f.write_str(
                 "the file does not say how the reflectance was measured: emissivity is \
                  1 - reflectance (Kirchhoff) only for light reflected into the whole hemisphere",
             ),
             Self::AngularWeights => f.write_str(
-                "the file weighs the emissivity by angle: the weights are left out, it holds near \
-                 the nadir only",
+                "the file weights the emissivity by angle: the weights are not used, so it holds \
+                 only near the nadir",
             ),
             Self::Coarse => f.write_str(
-                "a point every 100 cm-1, 0.8 um apart at 9 um: too coarse for quartz, whose bands \
-                 are 0.1 um wide",
+                "the points are 100 cm-1 apart (0.8 um at 9 um): too coarse for the bands of quartz, \
+                 0.1 um wide",
             ),
         }
     }
 }
 
-/// What the values of a file are.
+/// The quantity that a file holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Quantity {
     /// Emissivity, 0 to 1.
@@ -89,7 +91,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// What a heading or label says, if it says it; in percent where it says so too.
+    /// The quantity that a heading or label names, if it names one.
     pub(super) fn named(text: &str) -> Option<Self> {
         let text = text.to_lowercase();
         let is_percent = text.contains("percent") || text.contains('%');
@@ -111,7 +113,7 @@ impl Quantity {
     }
 }
 
-/// A row of a file.
+/// A row of a file, with its line.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Row {
     pub line: u64,
@@ -121,34 +123,29 @@ pub(super) struct Row {
 }
 
 impl Tabulated {
-    /// Checks the rows of a file, in either order of wavelengths, and makes them a spectrum; only those
-    /// that `range_um` needs, where it is given.
+    /// Checks the rows of a file, in any order, and makes them a spectrum. With `range_um` only the
+    /// rows that this range needs are used.
     pub(super) fn new(
         path: &Path,
         mut rows: Vec<Row>,
         quantity: Quantity,
         range_um: Option<[f64; 2]>,
     ) -> Result<Self, SpectrumError> {
-        let wrong = |line: u64, problem: String| SpectrumError::Form {
-            path: path.to_owned(),
-            line,
-            problem,
+        let wrong = |line: u64, problem: String| {
+            SpectrumError::from(FileError::wrong_in_line(path, line, problem))
         };
         if let Some(row) = rows.iter().find(|row| !(row.um.is_finite() && row.um > 0.0)) {
-            return Err(wrong(row.line, format!("{} is not a wavelength in um", row.um)));
+            return Err(wrong(row.line, format!("{} is not a valid wavelength in um", row.um)));
         }
         rows.sort_by(|a, b| a.um.total_cmp(&b.um));
         if let Some([from, to]) = range_um {
-            // With the neighbours of its ends, so that they can be interpolated.
+            // With the neighbours of its ends, for interpolation there.
             let first = rows.partition_point(|row| row.um <= from).saturating_sub(1);
             let end = rows.len().min(rows.partition_point(|row| row.um < to) + 1);
             rows = rows.get(first..end).unwrap_or_default().to_vec();
         }
         if let Some(pair) = rows.windows(2).find(|pair| pair[0].um == pair[1].um) {
-            return Err(wrong(
-                pair[1].line,
-                format!("the wavelength {} um stands twice", pair[1].um),
-            ));
+            return Err(wrong(pair[1].line, format!("{} um appears twice", pair[1].um)));
         }
         let mut spectrum = Self {
             file: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
@@ -181,14 +178,15 @@ impl Tabulated {
             spectrum.emissivity.push(emissivity);
         }
         if spectrum.wavelength_um.len() < 2 {
-            return Err(wrong(1, "there must be at least two points".into()));
+            return Err(FileError::wrong(path, "a spectrum needs at least two points").into());
         }
         Ok(spectrum)
     }
 
-    /// About how far straight lines between the points miss the curve, and where it is worst within a span, um: a point
-    /// less the straight line between its neighbours tells how the curve bends. `None` where no point has two
-    /// neighbours.
+    /// An estimate of the largest error of straight lines between the points within a range (um),
+    /// and its wavelength, um. `None` if no point has two neighbours.
+    ///
+    /// The distance of a point from the line between its neighbours gives the curvature.
     pub fn sampling_error(&self, [from, to]: [f64; 2]) -> Option<(f64, f64)> {
         let bend = |i: usize| {
             let [x0, x, x1] = [i - 1, i, i + 1].map(|i| self.wavelength_um[i]);
@@ -204,7 +202,7 @@ impl Tabulated {
             .max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// Whether it is one: it may have been written by other hands.
+    /// Whether it is a valid spectrum: its file may be of another origin.
     pub(super) fn is_sound(&self) -> bool {
         self.wavelength_um.len() >= 2
             && self.wavelength_um.len() == self.emissivity.len()
@@ -214,24 +212,11 @@ impl Tabulated {
 
     /// Least and greatest wavelength, um.
     pub fn range_um(&self) -> [f64; 2] {
-        [self.wavelength_um[0], self.wavelength_um[self.wavelength_um.len() - 1]]
+        ends(&self.wavelength_um)
     }
 
-    /// The gap that a wavelength within the range falls into, if it does.
+    /// The gap that a wavelength falls into, if any.
     pub(super) fn gap_um(&self, um: f64) -> Option<[f64; 2]> {
         self.gaps_um.iter().copied().find(|&[from, to]| from < um && um < to)
-    }
-
-    /// On the straight line between the points on both sides of a wavelength within the range.
-    pub(super) fn interpolate(&self, um: f64) -> f64 {
-        let above =
-            self.wavelength_um.partition_point(|&x| x < um).clamp(1, self.wavelength_um.len() - 1);
-        let (x0, x1) = (self.wavelength_um[above - 1], self.wavelength_um[above]);
-        let (y0, y1) = (self.emissivity[above - 1], self.emissivity[above]);
-        match um {
-            _ if um == x0 => y0,
-            _ if um == x1 => y1,
-            _ => y0 + (y1 - y0) * (um - x0) / (x1 - x0),
-        }
     }
 }

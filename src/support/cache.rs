@@ -1,4 +1,4 @@
-//! Results of stages, kept by the content of what they were made from.
+//! A cache of stages' results, by the content of their inputs.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -24,11 +24,11 @@ impl Failure for CacheError {
     }
 }
 
-/// A folder of results, one folder each.
+/// A folder with one subfolder per result.
 #[derive(Debug, Clone)]
 pub struct Cache {
     root: PathBuf,
-    /// Where it is noted which Blenders were asked what they are.
+    /// Where known Blenders are noted.
     blenders: PathBuf,
 }
 
@@ -45,18 +45,18 @@ impl Cache {
         Self::new(root)
     }
 
-    /// A cache in a folder of its own; in an empty one everything is made anew.
+    /// A cache in its own folder.
     pub fn new(root: PathBuf) -> Self {
         Self { blenders: root.clone(), root }
     }
 
-    /// Other results, in a folder of their own, by the Blenders that this one knows.
+    /// A cache for other results that shares the known Blenders.
     #[must_use]
     pub fn other_results(&self, root: PathBuf) -> Self {
         Self { root, blenders: self.blenders.clone() }
     }
 
-    /// The folder of what is known of Blenders.
+    /// The folder in which known Blenders are noted.
     pub fn blenders(&self) -> &Path {
         &self.blenders
     }
@@ -66,22 +66,22 @@ impl Cache {
         &self.root
     }
 
-    /// A stage's result for these inputs, if it is there and agrees with its manifest. One that does not was
-    /// damaged since: it is removed.
+    /// A stage's result for these inputs, if it exists and agrees with its manifest. A damaged one
+    /// is removed.
     pub fn look(&self, name: &str, inputs: &impl Serialize) -> Result<Option<Made>, Error> {
         let folder = self.place(name, inputs);
         if !folder.is_dir() {
             return Ok(None);
         }
-        if let Some(files) = whole(&folder) {
+        if let Some(files) = intact(&folder) {
             return Ok(Some(Made { folder, files, cached: true }));
         }
         std::fs::remove_dir_all(&folder).map_err(failed(&folder))?;
         Ok(None)
     }
 
-    /// A stage's result for these inputs; if it is not there, `make` fills its folder, which is filled beside
-    /// its place and then renamed, with a manifest of what it holds.
+    /// A stage's result for these inputs. If it does not exist, `make` fills a temporary folder,
+    /// which gets a manifest and then its own name.
     pub fn stage(
         &self,
         name: &str,
@@ -95,23 +95,23 @@ impl Cache {
         let beside = self.scratch()?;
         make(beside.path())?;
         let files = output::list(beside.path()).map_err(CacheError)?;
-        let mut manifest = BTreeMap::new();
-        for file in &files {
-            let sum = output::sha256_hex(&beside.path().join(file)).map_err(CacheError)?;
-            manifest.insert(file, sum);
-        }
+        let sum = |file: &String| {
+            output::sha256_hex(&beside.path().join(file)).map(|sum| (file.clone(), sum))
+        };
+        let manifest: BTreeMap<_, _> =
+            files.iter().map(sum).collect::<Result<_, _>>().map_err(CacheError)?;
         let text = serde_json::to_vec(&manifest).expect("plain data");
         output::bytes(&beside.path().join(MANIFEST), &text).map_err(CacheError)?;
         if let Err(error) = std::fs::rename(beside.path(), &folder) {
-            // Another run may have come first: its result is as good.
-            if whole(&folder).is_none() {
+            // Another run was first; its result is the same.
+            if intact(&folder).is_none() {
                 return Err(failed(&folder)(error));
             }
         }
         Ok(Made { folder, files, cached: false })
     }
 
-    /// A folder for work in progress, on the same disk; removed when it goes out of scope.
+    /// A folder for work in progress, on the same disk. It is removed when dropped.
     pub fn scratch(&self) -> Result<tempfile::TempDir, Error> {
         output::folder(&self.root).map_err(CacheError)?;
         let folder = tempfile::Builder::new().prefix(".making-").tempdir_in(&self.root);
@@ -134,16 +134,16 @@ const MANIFEST: &str = "manifest.json";
 /// The result of a stage.
 #[derive(Debug)]
 pub struct Made {
-    /// Where it is.
+    /// Its folder.
     pub folder: PathBuf,
     /// Its files.
     pub files: Vec<String>,
-    /// Whether it was there already.
+    /// Whether it existed already.
     pub cached: bool,
 }
 
-/// The files of a result that agrees with its manifest.
-fn whole(folder: &Path) -> Option<Vec<String>> {
+/// The files of a result, if they agree with its manifest.
+fn intact(folder: &Path) -> Option<Vec<String>> {
     let text = std::fs::read(folder.join(MANIFEST)).ok()?;
     let manifest: BTreeMap<String, String> = serde_json::from_slice(&text).ok()?;
     let agrees = |(file, sum): (&String, &String)| {

@@ -1,7 +1,7 @@
 //! How a failure reaches the user: a message, a hint, an exit status.
 //!
-//! Every module has an error type of its own and implements [`Failure`] beside it. [`Error`] carries any of them, so
-//! a new failure touches one file.
+//! Every module has its own error type and implements [`Failure`] beside it. [`Error`] carries any
+//! of them, so a new failure touches one file.
 
 use std::fmt;
 
@@ -31,13 +31,13 @@ pub enum Status {
     BlenderCrash = 14,
     /// Blender did not end within its time limit.
     BlenderTimeout = 15,
-    /// The bed that came out of the drop failed its checks.
+    /// The settled bed failed its checks.
     BlenderRefused = 16,
     /// Ctrl-C.
     Interrupted = 130,
 }
 
-/// A failure as the user meets it. Its `Display` says what happened and where.
+/// A failure that the user sees. Its `Display` says what happened and where.
 pub trait Failure: std::error::Error + Send + Sync + 'static {
     /// What the user can do about it.
     fn hint(&self) -> Option<String> {
@@ -67,12 +67,6 @@ impl Error {
     /// Whether the user asked to stop.
     pub fn is_interruption(&self) -> bool {
         self.status() == Status::Interrupted
-    }
-
-    /// The failure, if it is of this type.
-    pub fn downcast_ref<E: Failure>(&self) -> Option<&E> {
-        let failure: &(dyn std::error::Error + 'static) = &*self.0;
-        failure.downcast_ref()
     }
 }
 

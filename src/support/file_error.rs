@@ -1,8 +1,9 @@
 //! A file that cannot be used: the shape that most failures have.
 
-use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
+
+use super::error::Failure;
 
 /// A file that cannot be used, with the place in it and what is wrong there.
 #[derive(Debug, thiserror::Error)]
@@ -16,14 +17,16 @@ pub enum FileError {
         source: io::Error,
     },
     /// Its content is wrong.
-    #[error("{}{}: {problem}", path.display(), Place(place.as_deref()))]
+    #[error("{}{}: {problem}", path.display(), after_comma(place.as_deref()))]
     Wrong {
         /// The file.
         path: PathBuf,
         /// The line, key or object in the file, if there is one.
-        place: Option<String>,
+        place: Option<Box<str>>,
         /// What is wrong.
-        problem: String,
+        problem: Box<str>,
+        /// What the user can do about it, where this differs from other errors of such a file.
+        hint: Option<&'static str>,
     },
 }
 
@@ -35,26 +38,49 @@ impl FileError {
     }
 
     /// What is wrong with the file as a whole.
-    pub fn wrong(path: &Path, problem: impl Into<String>) -> Self {
-        Self::Wrong { path: path.to_owned(), place: None, problem: problem.into() }
+    pub fn wrong(path: &Path, problem: impl Into<Box<str>>) -> Self {
+        let (path, problem) = (path.to_owned(), problem.into());
+        Self::Wrong { path, place: None, problem, hint: None }
     }
 
     /// What is wrong at a place of the file: a key, an object, `line 3`.
-    pub fn wrong_at(path: &Path, place: impl Into<String>, problem: impl Into<String>) -> Self {
-        let place = Some(place.into());
-        Self::Wrong { path: path.to_owned(), place, problem: problem.into() }
+    pub fn wrong_at(path: &Path, place: impl Into<Box<str>>, problem: impl Into<Box<str>>) -> Self {
+        let (path, problem) = (path.to_owned(), problem.into());
+        Self::Wrong { path, place: Some(place.into()), problem, hint: None }
     }
 
     /// What is wrong in a line of the file, counted from 1.
-    pub fn wrong_in_line(path: &Path, line: u64, problem: impl Into<String>) -> Self {
+    pub fn wrong_in_line(path: &Path, line: u64, problem: impl Into<Box<str>>) -> Self {
         Self::wrong_at(path, format!("line {line}"), problem)
+    }
+
+    /// The same with a hint of its own.
+    #[must_use]
+    pub fn with_hint(mut self, text: &'static str) -> Self {
+        if let Self::Wrong { hint, .. } = &mut self {
+            *hint = Some(text);
+        }
+        self
+    }
+
+    /// Its own hint, else the one given; none for a file that cannot be read.
+    pub fn hint_or(&self, usual: &str) -> Option<String> {
+        match self {
+            Self::Read { .. } => None,
+            Self::Wrong { hint, .. } => Some(hint.unwrap_or(usual).to_owned()),
+        }
     }
 }
 
-struct Place<'a>(Option<&'a str>);
-
-impl fmt::Display for Place<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.map_or(Ok(()), |place| write!(f, ", {place}"))
+impl Failure for FileError {
+    fn hint(&self) -> Option<String> {
+        match self {
+            Self::Wrong { hint, .. } => hint.map(str::to_owned),
+            Self::Read { .. } => None,
+        }
     }
+}
+
+fn after_comma(place: Option<&str>) -> String {
+    place.map_or_else(String::new, |place| format!(", {place}"))
 }

@@ -1,12 +1,12 @@
-//! How long work tells what it is at, and hears that it is to stop.
+//! Progress of long work, and its cancellation.
 
 use std::time::Instant;
 
 use super::error::{Failure, Status};
 
-/// The work was asked to stop.
+/// The user asked the work to stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("interrupted; nothing half-written was left")]
+#[error("interrupted; no half-written file is left")]
 pub struct Interrupted;
 
 impl Failure for Interrupted {
@@ -15,34 +15,34 @@ impl Failure for Interrupted {
     }
 }
 
-/// Whoever watches long work. Every method may be called from any thread.
+/// Receives progress and can cancel the work. Any thread may call every method.
 pub trait Monitor: Sync {
     /// A step of the work begins.
     fn begin(&self, _step: &str) {}
 
-    /// So much is done, of so much, of what is named.
+    /// `done` of `total` units of `what` are done.
     fn at(&self, _done: u64, _total: u64, _what: &str) {}
 
-    /// What a user is to see whatever else is shown: a warning, a plan.
+    /// A text that the user must see: a warning, a plan.
     fn say(&self, _text: &str) {}
 
-    /// A step has ended after so many seconds.
+    /// A step has ended; it took `_seconds`.
     fn end(&self, _step: &str, _seconds: f64, _note: &str) {}
 
-    /// Whether the work is to stop. It does so at the next safe point and leaves nothing half-written.
+    /// Whether the work must stop. It stops at the next safe point and leaves no half-written file.
     fn is_cancelled(&self) -> bool {
         false
     }
 }
 
 impl dyn Monitor + '_ {
-    /// An error if the work is to stop.
+    /// An error if the work must stop.
     pub fn check(&self) -> Result<(), Interrupted> {
         if self.is_cancelled() { Err(Interrupted) } else { Ok(()) }
     }
 }
 
-/// Watches nothing and stops nothing.
+/// Shows nothing and never cancels.
 #[derive(Debug, Clone, Copy)]
 pub struct Unwatched;
 
@@ -50,7 +50,7 @@ impl Monitor for Unwatched {}
 
 /// One step of the work, from its beginning to [`Step::done`].
 pub struct Step<'a> {
-    /// Whoever watches it.
+    /// The monitor that it reports to.
     pub monitor: &'a dyn Monitor,
     name: String,
     started: Instant,
@@ -63,7 +63,7 @@ impl<'a> Step<'a> {
         Self { monitor, name: name.to_owned(), started: Instant::now() }
     }
 
-    /// Ends the step; returns how many seconds it took.
+    /// Ends the step; returns its duration, s.
     pub fn done(self, note: &str) -> f64 {
         let seconds = self.started.elapsed().as_secs_f64();
         self.monitor.end(&self.name, seconds, note);
@@ -71,7 +71,7 @@ impl<'a> Step<'a> {
     }
 }
 
-/// Says nothing, and stops when the other is asked to.
+/// Shows nothing; cancels when the inner monitor does.
 pub struct Silently<'a>(pub &'a dyn Monitor);
 
 impl Monitor for Silently<'_> {

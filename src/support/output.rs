@@ -1,6 +1,7 @@
-//! The one place that writes files: beside their place first, then renamed, so that a file that
-//! is there is whole.
+//! Writes files. A file is written under a temporary name, then renamed, so that an existing file
+//! is always complete.
 
+use std::collections::HashSet;
 use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -13,7 +14,7 @@ use crate::support::error::{Failure, Status};
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {source}", path.display())]
 pub struct OutputError {
-    /// The file or folder that was to be written.
+    /// The file or folder.
     pub path: PathBuf,
     /// What the system said.
     #[source]
@@ -31,7 +32,7 @@ impl Failure for OutputError {
                 "the disk is full: free some space, or write elsewhere with --out".into()
             }
             io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-                "write to a folder of yours with --out".into()
+                "write to a folder that is yours, with --out".into()
             }
             _ => return None,
         })
@@ -43,8 +44,8 @@ fn at(path: &Path) -> impl FnOnce(io::Error) -> OutputError {
     move |source| OutputError { path, source }
 }
 
-/// Finds out before the work whether a file can be written there: makes its folder, refuses a
-/// folder in its place.
+/// Checks before the work that a file can be written: makes its folder, refuses a path that is a
+/// folder.
 pub fn may_write(path: &Path) -> Result<(), OutputError> {
     if path.is_dir() {
         return Err(at(path)(io::ErrorKind::IsADirectory.into()));
@@ -52,28 +53,23 @@ pub fn may_write(path: &Path) -> Result<(), OutputError> {
     path.parent().map_or(Ok(()), folder)
 }
 
-/// Refuses to write over what the same work reads, and to write two things to one place.
+/// Refuses to overwrite what the same work reads, and to write two results to one file.
 pub fn keeps(
     read: impl IntoIterator<Item = impl AsRef<Path>>,
     written: impl IntoIterator<Item = impl AsRef<Path>>,
 ) -> Result<(), OutputError> {
-    // Through links where there are any; a folder need not be there yet.
+    // Follows links; the folder may not exist yet.
     let place = |path: &Path| {
-        let whole = || {
-            let folder = parent(path).canonicalize().ok()?;
-            Some(folder.join(path.file_name()?))
-        };
-        path.canonicalize().ok().or_else(whole).or_else(|| std::path::absolute(path).ok())
+        let in_folder = || Some(parent(path).canonicalize().ok()?.join(path.file_name()?));
+        path.canonicalize().ok().or_else(in_folder).or_else(|| std::path::absolute(path).ok())
     };
-    let mut taken: Vec<Option<PathBuf>> =
-        read.into_iter().map(|path| place(path.as_ref())).collect();
+    let mut taken: HashSet<PathBuf> =
+        read.into_iter().filter_map(|path| place(path.as_ref())).collect();
     for path in written {
-        let own = place(path.as_ref());
-        if own.is_some() && taken.contains(&own) {
-            let problem = "it is read here, or something else is written to it: give another name";
+        if place(path.as_ref()).is_some_and(|place| !taken.insert(place)) {
+            let problem = "it is an input, or another result has this name: give another name";
             return Err(at(path.as_ref())(io::Error::other(problem)));
         }
-        taken.push(own);
     }
     Ok(())
 }
@@ -90,31 +86,20 @@ fn parent(path: &Path) -> &Path {
     }
 }
 
-fn beside(parent: &Path) -> io::Result<tempfile::NamedTempFile> {
-    tempfile::Builder::new().prefix(".soilsig-").permissions(open_permissions()).tempfile_in(parent)
-}
-
-/// Writes one file through `fill`; what stood there before is replaced only when all is written.
+/// Writes one file through `fill`. It replaces an earlier file only when it is complete.
 pub fn file(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), OutputError> {
-    let parent = parent(path);
-    folder(parent)?;
-    let write = || -> io::Result<()> {
-        let mut beside = beside(parent)?;
-        let mut writer = BufWriter::new(beside.as_file_mut());
-        fill(&mut writer)?;
-        writer.flush()?;
-        drop(writer);
-        beside.persist(path)?;
-        Ok(())
-    };
-    write().map_err(at(path))
+    let mut beside = Beside::new(path)?;
+    let mut writer = BufWriter::new(beside.file.as_file_mut());
+    fill(&mut writer).and_then(|()| writer.flush()).map_err(at(path))?;
+    drop(writer);
+    beside.done()
 }
 
-/// A file that is written bit by bit beside its place, and stands there only when all is written; dropped before, it
-/// leaves nothing.
+/// A file that is written in parts under a temporary name. [`Beside::done`] gives it its own name;
+/// dropped before that, it leaves nothing.
 pub struct Beside {
     path: PathBuf,
     file: tempfile::NamedTempFile,
@@ -123,28 +108,36 @@ pub struct Beside {
 impl Beside {
     /// Begins a file.
     pub fn new(path: &Path) -> Result<Self, OutputError> {
+        use std::os::unix::fs::PermissionsExt;
         let parent = parent(path);
         folder(parent)?;
-        Ok(Self { path: path.to_owned(), file: beside(parent).map_err(at(path))? })
+        // Results are `rw` for all, less the umask; temporary files would be private.
+        let permissions = fs::Permissions::from_mode(0o666);
+        let file = tempfile::Builder::new()
+            .prefix(".soilsig-")
+            .permissions(permissions)
+            .tempfile_in(parent)
+            .map_err(at(path))?;
+        Ok(Self { path: path.to_owned(), file })
     }
 
-    /// Writes bytes at a place.
+    /// Writes bytes at an offset.
     pub fn write_at(&self, bytes: &[u8], place: u64) -> Result<(), OutputError> {
         use std::os::unix::fs::FileExt;
         self.file.as_file().write_all_at(bytes, place).map_err(at(&self.path))
     }
 
-    /// Another handle of the file, for whoever writes it in a way of its own.
+    /// Another handle of the file, for a library that writes by itself.
     pub fn handle(&self) -> Result<fs::File, OutputError> {
         self.file.reopen().map_err(at(&self.path))
     }
 
-    /// What happened to the file, as an error that names its place.
+    /// An error that names the file's final path.
     pub fn error(&self, source: io::Error) -> OutputError {
         at(&self.path)(source)
     }
 
-    /// Puts the file in its place.
+    /// Gives the file its own name.
     pub fn done(self) -> Result<(), OutputError> {
         self.file.persist(&self.path).map(|_| ()).map_err(|e| at(&self.path)(e.error))
     }
@@ -155,7 +148,7 @@ pub fn bytes(path: &Path, content: &[u8]) -> Result<(), OutputError> {
     file(path, |writer| writer.write_all(content))
 }
 
-/// Copies a file, whole or not at all.
+/// Copies a file, completely or not at all.
 pub fn copy(from: &Path, to: &Path) -> Result<(), OutputError> {
     file(to, |writer| io::copy(&mut fs::File::open(from)?, writer).map(|_| ()))
 }
@@ -179,7 +172,7 @@ pub fn list(folder: &Path) -> Result<Vec<String>, OutputError> {
     Ok(names)
 }
 
-/// Removes a file, if it is there.
+/// Removes a file if it exists.
 pub fn remove(path: &Path) -> Result<(), OutputError> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(at(path)(error)),
@@ -190,12 +183,6 @@ pub fn remove(path: &Path) -> Result<(), OutputError> {
 /// Bytes in hexadecimal.
 pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().fold(String::new(), |text, byte| text + &format!("{byte:02x}"))
-}
-
-/// `rw` for all, less the user's umask: the temporary file's private mode is not for results.
-fn open_permissions() -> fs::Permissions {
-    use std::os::unix::fs::PermissionsExt;
-    fs::Permissions::from_mode(0o666)
 }
 
 #[cfg(test)]

@@ -1,89 +1,91 @@
-//! Random numbers that depend on nothing but a seed and a path's number: any thread, and any machine, may
-//! trace any path, and the result is the same.
+//! Random numbers that depend only on a seed and a path's number. Any thread, on any machine, may
+//! trace any path with the same result.
 //!
-//! Paths take theirs from two low-discrepancy sequences, which cover the space of paths more evenly than independent
-//! numbers do. Their error cannot be told from the points of either, but by what both differ in: they are scrambled independently of
-//! each other, and [`group_of`] says which paths are compared. All else takes independent numbers.
+//! Paths use two low-discrepancy sequences ("nets"), which cover the space of paths more evenly
+//! than independent numbers. The error of one net cannot be seen from its own points. The nets are
+//! scrambled independently, so the error follows from the differences between them; [`group_of`]
+//! says which paths are compared. Everything else uses independent numbers.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use super::sobol::{Even, SEQUENCE};
 
-/// Sequences among which the paths of a trace are dealt out.
+/// Nets that share the paths of a trace.
 pub const NETS: u64 = 2;
 
-/// Parts of the view, each of cells all over it, in which the two nets are compared.
+/// Parts of the view in which the two nets are compared. The cells of a part are spread over all
+/// of the view.
 const TWINS: u16 = 16;
 
-/// Groups of paths that are counted apart: those of one net that begin in one part of the view. Groups 2 n and 2 n + 1 are
-/// twins, of the same part.
+/// Groups of paths that are counted separately: those of one net that begin in one part of the
+/// view. Groups 2 n and 2 n + 1 are twins: the same part, the two nets.
 pub const GROUPS: usize = TWINS as usize * NETS as usize;
 
-/// Cells along each side of a view. A multiple of [`LOT`] paths has as many in each cell, from either net.
+/// Cells along each side of a view. Each [`LOT`] of paths has one path of each net in every cell.
 pub(crate) const CELLS_OF_VIEW: u16 = 16;
 
-/// Paths that fill the cells of a view.
+/// Paths that fill the cells of a view once.
 pub(crate) const LOT: u64 = CELLS_OF_VIEW as u64 * CELLS_OF_VIEW as u64 * NETS;
 
-/// The group of a path that begins at a place, 0 to 1 from the left and from below, of a view with so many cells along each
-/// side.
+/// The group of a path. `place` is where it begins, 0 to 1 from the left and from below, in a view
+/// with `cells` cells along each side.
 ///
-/// Each block of 4 x 4 cells has one of every group of a net, and so has each row and each column of 16: groups are alike whatever the
-/// view shows.
+/// Each block of 4 x 4 cells has every group of a net once, and so has each row and column of 16.
+/// So all groups see the same of any view.
 pub(crate) fn group_of(net: u16, place: [f64; 2], cells: u16) -> u16 {
     let [x, y] = place.map(|at| (at * f64::from(cells)) as u16);
     let (within, turn) = (x % 4 + 4 * (y % 4), 4 * (x / 4) + y / 4);
     (within + turn) % TWINS * NETS as u16 + net
 }
 
-/// What the numbers are for: different purposes never share any.
+/// What the numbers are for. Different purposes never share numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Purpose {
     /// The paths of the result.
     Result = 0,
-    /// The paths that only tell how many are needed.
+    /// Pilot paths, which tell how many paths are needed.
     Pilot = 1,
     /// Seeds of packings.
     Packing = 2,
-    /// What of each prototype is seen.
+    /// The visible share of each prototype.
     Coverage = 3,
     /// The paths of an image's pixels.
     Image = 4,
-    /// The paths that only tell how many a pixel needs.
+    /// Pilot paths of an image, which tell how many paths a pixel needs.
     ImagePilot = 5,
     /// Noise of the sensor.
     SensorNoise = 6,
 }
 
-/// Where paths take their numbers from.
+/// The source of a path's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sampler {
     /// A low-discrepancy sequence.
     Even,
-    /// Independent numbers: what the sequence is compared with.
+    /// Independent numbers, for comparison with the sequence.
     Independent,
 }
 
-/// Paths that share one scrambling of each net: a pixel has no more, and the paths of pixel n are numbered
-/// from n times as many on.
+/// Paths that share one scrambling of each net. A pixel has at most so many; the paths of pixel n
+/// begin at number n times this.
 pub(crate) const STRETCH: u64 = SEQUENCE * NETS;
 
-/// The points of all paths of one seed and purpose: Sobol' sequences with Owen's scrambling by hashes
-/// (Burley, J. Comput. Graph. Tech. 9(4), 2020), one for each net.
+/// The points of all paths of one seed and purpose: for each net a Sobol' sequence with hash-based
+/// Owen scrambling (Burley, J. Comput. Graph. Tech. 9(4), 2020).
 #[derive(Debug, Clone)]
 pub struct Points {
     source: Source,
     sampler: Sampler,
 }
 
-/// The coordinates of one path's point, two for its start and two for each bounce.
+/// The coordinates of one path: two for its start and two for each bounce.
 #[derive(Debug)]
 pub enum Point {
-    /// Of a sequence.
+    /// Coordinates from a sequence.
     Even(Even),
-    /// Of independent numbers.
+    /// Independent numbers.
     Independent(Box<Stream>),
 }
 
@@ -93,13 +95,13 @@ impl Points {
         Self { source: Source::new(seed, purpose), sampler }
     }
 
-    /// The scrambling of each net for the paths whose numbers are in that stretch of the sequence.
+    /// The scrambling of each net in one stretch of paths.
     fn scramblings(&self, stretch: u64) -> [u32; NETS as usize] {
         let mut rng = self.source.stream(stretch).0;
         std::array::from_fn(|_| rng.next_u32())
     }
 
-    /// The points of the paths `first..end`, with the net that each belongs to.
+    /// The points of the paths `first..end`, each with its net.
     pub fn of(&self, first: u64, end: u64) -> impl Iterator<Item = (u16, Point)> {
         let mut stretch = u64::MAX;
         let mut scramblings = [0; NETS as usize];
@@ -130,11 +132,11 @@ impl Point {
     }
 }
 
-/// Generators of independent numbers of one seed and purpose.
+/// Generators of independent numbers for one seed and purpose.
 #[derive(Debug, Clone)]
 pub struct Source(ChaCha8Rng);
 
-/// Independent numbers of one of a purpose's things.
+/// Independent numbers of one item: a path, a packing.
 #[derive(Debug)]
 pub struct Stream(ChaCha8Rng);
 
@@ -147,7 +149,7 @@ impl Source {
         Self(ChaCha8Rng::from_seed(key))
     }
 
-    /// The numbers of the thing of that number.
+    /// The numbers of one item.
     pub fn stream(&self, number: u64) -> Stream {
         let mut rng = self.0.clone();
         rng.set_stream(number);
@@ -163,8 +165,8 @@ impl Stream {
     }
 }
 
-/// The seed of one of several packings, or of its rays: the first has the seed itself, the others have
-/// seeds of their own, below 2^53 so that any JSON reader keeps them.
+/// The seed of one of several packings, or of its rays. The first keeps the seed itself. The others
+/// get their own, below 2^53 so that any JSON reader keeps them exactly.
 pub fn seed_of(seed: u64, packing: usize) -> u64 {
     if packing == 0 {
         return seed;
@@ -230,8 +232,8 @@ mod tests {
             .collect()
     }
 
-    /// Of any 2^n points of a net, from a multiple of their number on, each strip of width 2^-n holds one along either
-    /// coordinate; and of the first two coordinates every rectangle of that area, of whatever shape. So each group has as many.
+    /// Take 2^n points of a net, beginning at a multiple of 2^n. Each strip of width 2^-n along a
+    /// coordinate holds one. So does each rectangle of that area in the first two coordinates.
     #[test]
     fn points_of_a_net_are_evenly_spread() {
         let bits = 17;
@@ -269,7 +271,7 @@ mod tests {
         }
     }
 
-    /// Or they would not be alike where the view shows furrows.
+    /// Otherwise groups would differ where the view shows furrows.
     #[test]
     fn every_row_and_column_has_all_groups() {
         for fixed in 0..16 {

@@ -2,11 +2,11 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// Quantile of Student's t for two-sided 95 % with as many degrees of freedom as there are pairs of groups.
+/// Quantile of Student's t, two-sided 95 %, with as many degrees of freedom as pairs of groups.
 pub const T_95: f64 = 2.119_905_299;
 
-/// Quantile for two-sided 95 %: Student's t with one degree of freedom less than there are packings, or than there
-/// are pairs of groups where a single packing is known by its rays alone.
+/// Quantile of Student's t, two-sided 95 %, with one degree of freedom less than packings. For one
+/// packing it is [`T_95`].
 pub fn quantile_95(packings: usize) -> f64 {
     if packings < 2 {
         return T_95;
@@ -16,19 +16,21 @@ pub fn quantile_95(packings: usize) -> f64 {
     t.inverse_cdf(0.975)
 }
 
-/// Half-width of the 95 % interval of the mean of one number of each packing; `None` of fewer than two.
-pub fn half_width(of_each: &[f64]) -> Option<f64> {
-    let n = of_each.len() as f64;
-    let mean = of_each.iter().sum::<f64>() / n;
-    let squares: f64 = of_each.iter().map(|value| (value - mean).powi(2)).sum();
-    (of_each.len() > 1).then(|| quantile_95(of_each.len()) * (squares / (n - 1.0) / n).sqrt())
+/// Half-width of the 95 % interval of the mean of `values`, one per packing; `None` for fewer than
+/// two.
+pub fn half_width(values: &[f64]) -> Option<f64> {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (values.len() > 1).then(|| quantile_95(values.len()) * (squares / (n - 1.0) / n).sqrt())
 }
 
-/// How many packings of that spread it takes to get to a half-width; `None` if it is more than a million.
+/// The number of packings that reach a half-width, given the standard deviation between packings;
+/// `None` above a million.
 pub fn wanted(spread: f64, half_width: f64) -> Option<usize> {
     let enough = |n: usize| quantile_95(n) * spread <= half_width * (n as f64).sqrt();
     let most = (2..=20).map(|power| 1 << power).find(|&n| enough(n))?;
-    // More packings never do worse, so halving finds the least.
+    // The half-width falls with the number, so bisection finds the least.
     let (mut too_few, mut least) = (1, most);
     while least - too_few > 1 {
         let middle = usize::midpoint(too_few, least);

@@ -327,7 +327,7 @@ fn wrong_input_is_refused_with_file_place_and_remedy() {
         (vec!["replay", "torn.json"], vec!["torn.json"]),
         (
             vec!["trace", &shipped("settled_patch.json"), "-o", "t.json", "--range", "7-14"],
-            vec!["quartz_", "7.3", "7-14 um is wanted", "--range"],
+            vec!["quartz_", "7.3", "7-14 um is needed", "--range"],
         ),
     ] {
         let message = place.refused(&args, 3);

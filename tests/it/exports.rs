@@ -135,7 +135,7 @@ fn what_is_wrong_in_dirsigs_files_is_named_with_its_line() {
         (
             "DIRSIG_ODB = 1.0\nOBJECT {\n GDB_FILENAME = a.gdb\n}\n",
             material,
-            "line 2: an object without",
+            "line 2: the object has no",
         ),
         (&format!("DIRSIG_ODB = 1.0\n{object}"), material, "line 6: an instance is 9 numbers"),
         (

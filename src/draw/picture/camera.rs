@@ -1,11 +1,11 @@
 //! Parallel projections.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{BVec3, DAffine3, DMat3, DVec3};
 
 /// Least side of a view, um.
 const LEAST_UM: f64 = 1e-3;
 
-/// Parallel rays through a parallelogram, which becomes a picture.
+/// Parallel rays through a parallelogram, which becomes the picture.
 #[derive(Debug, Clone)]
 pub(crate) struct Camera {
     /// Lower left corner of the picture in the scene, um.
@@ -18,15 +18,21 @@ pub(crate) struct Camera {
     pub to_eye: DVec3,
 }
 
-/// Unit vectors to the right and upwards across the line of sight. Up is up, or north from straight above.
-pub(super) fn level(to_eye: DVec3) -> (DVec3, DVec3) {
+/// The corners of a box. Bits 0 to 2 of a corner's number choose the greater x, y and z.
+pub(super) fn corners([min, max]: [DVec3; 2]) -> [DVec3; 8] {
+    std::array::from_fn(|i| DVec3::select(BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), max, min))
+}
+
+/// Unit vectors to the right and upwards across the line of sight. From straight above, up is
+/// north.
+pub(crate) fn level(to_eye: DVec3) -> (DVec3, DVec3) {
     let level = DVec3::Z.cross(to_eye);
     let right = if level.length() > 1e-9 { level.normalize() } else { DVec3::X };
     (right, to_eye.cross(right))
 }
 
 impl Camera {
-    /// A view across the line of sight that just holds some points.
+    /// The smallest view that holds some points.
     pub fn around(points: impl Iterator<Item = DVec3>, to_eye: DVec3) -> Self {
         let (right, up) = level(to_eye);
         let axes = DMat3::from_cols(right, up, to_eye);
@@ -36,7 +42,7 @@ impl Camera {
             (min, max) = (min.min(p), max.max(p));
         }
         let corner = axes * DVec3::new(min.x, min.y, max.z);
-        // What is flat and seen edge-on has a view, too.
+        // Something flat seen edge-on has a view, too.
         let size = (max - min).max(DVec3::splat(LEAST_UM));
         Self { corner, right: size.x * right, up: size.y * up, to_eye }
     }
@@ -55,8 +61,8 @@ impl Camera {
         [self.right.length(), self.up.length()]
     }
 
-    /// From the scene to a picture of so many pixels: x to the right, y downwards, and the distance along
-    /// the line of sight, um.
+    /// From the scene to a picture of that size: x to the right and y downwards in pixels, and the
+    /// distance along the line of sight in um.
     pub fn to_pixels(&self, width: usize, height: usize) -> DAffine3 {
         let axes = DMat3::from_cols(self.right, self.up, -self.to_eye).inverse();
         let (w, h) = (width as f64, height as f64);

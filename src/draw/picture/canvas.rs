@@ -1,13 +1,16 @@
-//! Pixels under way to a file.
+//! The pixels of a picture.
 
 use rayon::prelude::*;
 
+use crate::draw::plot::axis::round_below;
 use crate::draw::plot::svg::{Anchor, Svg, text_width};
 use crate::draw::plot::{self, PlotError};
 
-/// Size of all writing, pixels.
+/// Size of text, pixels.
 pub(crate) const TEXT: f64 = 15.0;
-/// Levels of each colour: an eye sees no difference to 256, and the file is half as large.
+/// Between panels, pixels.
+pub(super) const GAP: usize = 8;
+/// Levels of each colour. They look like 256, and the file is half as large.
 const LEVELS: f32 = 48.0;
 
 /// A picture: 8-bit red, green and blue, row by row from the top.
@@ -34,7 +37,18 @@ impl Canvas {
         Self { width, height, rgb: rgb.into_flattened() }
     }
 
-    /// Lays a picture over this one, its upper left corner at (x, y); it must lie within.
+    /// Panels of one size side by side, with white below them.
+    pub fn side_by_side(panels: &[&Self], below: usize) -> Self {
+        let Self { width, height, .. } = *panels[0];
+        let total = panels.len() * (width + GAP) - GAP;
+        let mut all = Self::new(total, height + below, [255; 3]);
+        for (i, panel) in panels.iter().enumerate() {
+            all.paste((i * (width + GAP), 0), panel);
+        }
+        all
+    }
+
+    /// Lays a picture over this one with its upper left corner at (x, y). It must lie within.
     pub fn paste(&mut self, (x, y): (usize, usize), picture: &Self) {
         for (row, pixels) in picture.rgb.chunks(3 * picture.width).enumerate() {
             let at = 3 * ((y + row) * self.width + x);
@@ -56,24 +70,9 @@ impl Canvas {
         Ok(())
     }
 
-    /// The file, with the size of a pixel in it.
-    pub fn png(&self, pixel_um: f64) -> Vec<u8> {
-        let mut file = Vec::new();
-        let mut encoder = png::Encoder::new(&mut file, self.width as u32, self.height as u32);
-        encoder.set_color(png::ColorType::Rgb);
-        // Of few colours, pixels as they are pack better than their differences.
-        encoder.set_deflate_compression(png::DeflateCompression::Level(3));
-        encoder.set_filter(png::Filter::NoFilter);
-        let per_metre = (1e6 / pixel_um) as u32;
-        encoder.set_pixel_dims(Some(png::PixelDimensions {
-            xppu: per_metre,
-            yppu: per_metre,
-            unit: png::Unit::Meter,
-        }));
-        let written =
-            encoder.write_header().and_then(|mut writer| writer.write_image_data(&self.rgb));
-        written.expect("writing to memory does not fail");
-        file
+    /// The PNG file, with the size of a pixel in it, if there is one.
+    pub fn png(&self, pixel_um: Option<f64>) -> Vec<u8> {
+        plot::pack([self.width as u32, self.height as u32], &self.rgb, pixel_um)
     }
 }
 
@@ -88,31 +87,25 @@ pub(crate) fn linear(level: f32) -> f32 {
     if level <= 0.040_45 { level / 12.92 } else { ((level + 0.055) / 1.055).powf(2.4) }
 }
 
-/// The greatest 1, 2 or 5 times a power of ten that is no longer than a quarter of a width, um.
-pub(crate) fn bar_um(width_um: f64) -> f64 {
-    let most = width_um / 4.0;
-    let ten = 10f64.powf(most.log10().floor());
-    [5.0, 2.0].into_iter().map(|n| n * ten).find(|&um| um <= most).unwrap_or(ten)
-}
-
 /// What a scale bar is drawn on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Ground {
+pub(super) enum Ground {
     /// White.
     Paper,
     /// Any colours: the bar gets a dark plate.
     Picture,
 }
 
-/// A scale bar with its length above it; its lower left corner is at (x, y).
-pub(crate) fn scale_bar(
+/// A scale bar of at most a quarter of a width, with its length above it. Its lower left corner is
+/// at (x, y).
+pub(super) fn scale_bar(
     svg: &mut Svg,
     (x, y): (f64, f64),
-    width_um: f64,
+    width_px: usize,
     pixel_um: f64,
     ground: Ground,
 ) {
-    let um = bar_um(width_um);
+    let um = round_below(width_px as f64 * pixel_um / 4.0);
     let length = um / pixel_um;
     let label = if um >= 1000.0 { format!("{} mm", um / 1000.0) } else { format!("{um} µm") };
     let wide = length.max(text_width(&label, TEXT));
@@ -131,15 +124,6 @@ pub(crate) fn scale_bar(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn bars_are_round_and_between_a_tenth_and_a_quarter_of_the_width() {
-        for width_um in [0.9, 4.0, 79.9, 80.0, 3100.0, 12_345.0] {
-            let um = bar_um(width_um);
-            assert!(um <= width_um / 4.0 && um >= width_um / 10.0, "{um} of {width_um}");
-        }
-        assert_eq!([8.0, 20.0, 3100.0].map(bar_um), [2.0, 5.0, 500.0]);
-    }
 
     #[test]
     fn white_paper_stays_white_and_colours_come_back() {

@@ -1,15 +1,14 @@
-//! The drop in time, from the release to the rest: the paper's Fig. 4.
+//! The drop from the release to the rest: the paper's Fig. 4.
 
 use std::path::Path;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::camera::Camera;
-use super::canvas::{Canvas, Ground, TEXT, scale_bar};
+use super::camera::{Camera, corners};
+use super::canvas::{Canvas, GAP, Ground, TEXT, scale_bar};
 use super::frames::{Frame, Frames};
 use super::grain::{FOOT, legend};
-use super::patch::PAPER;
 use super::render::{Rendered, Style, render};
 use super::stage::Stage;
 use super::{Look, tray};
@@ -20,10 +19,7 @@ use crate::support::error::Error;
 use crate::support::monitor::Monitor;
 use crate::support::output;
 
-/// Between panels, pixels.
-const GAP: usize = 8;
-
-/// Draws a strip of so many moments of the drop of a scene, by the record beside its file.
+/// Draws a strip of moments of the drop, from the record beside the scene's file.
 pub fn drop(
     scene: &Scene,
     panels: usize,
@@ -42,37 +38,28 @@ pub fn drop(
     let rest = Bed::bounds_um(&beds[panels - 1].meshes, &beds[panels - 1].placements).1;
     let start = Bed::bounds_um(&beds[0].meshes, &beds[0].placements).1;
     let [x, y] = record.tray_um;
-    let corners = |top: f64| {
-        (0..8).map(move |i: u32| {
-            DVec3::select(
-                glam::BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0),
-                DVec3::new(1.02 * x, 1.02 * y, top),
-                DVec3::new(-0.02 * x, -0.02 * y, -0.02 * x.max(y)),
-            )
-        })
-    };
     let to_eye = look.to_eye();
-    let camera = Camera::around(corners(start.z.max(rest.z)), to_eye);
+    let outer = [
+        DVec3::new(-0.02 * x, -0.02 * y, -0.02 * x.max(y)),
+        DVec3::new(1.02 * x, 1.02 * y, start.z.max(rest.z)),
+    ];
+    let camera = Camera::around(corners(outer).into_iter(), to_eye);
     let width = ((look.width_px + GAP) / panels).saturating_sub(GAP).max(1);
-    let style = Style { rays: 3, sky: 31, zenith: DVec3::Z, background: PAPER, monitor };
     let walls = [DVec3::ZERO, DVec3::new(x, y, 1.1 * rest.z)];
     let floor = placed.domain.as_ref().and_then(|domain| domain.floor.as_ref());
     let floor = floor.and_then(|floor| scene.material_index(&floor.material));
-    let mut strip: Vec<Rendered> = Vec::new();
-    for mut bed in beds {
+    let panel = |mut bed: Bed| {
         if let Some(material) = floor {
             tray::add(&mut bed.meshes, &mut bed.placements, walls, material as u16);
         }
         let stage = Stage::new(&bed.meshes, &bed.placements, None);
-        strip.push(render(&stage, &camera, width, &style)?);
-    }
-    let Canvas { width, height, .. } = strip[0].canvas;
-    let pixel_um = strip[0].pixel_um;
-    let mut canvas = Canvas::new(panels * (width + GAP) - GAP, height + 2 * FOOT, [255; 3]);
-    for (i, panel) in strip.iter().enumerate() {
-        canvas.paste((i * (width + GAP), 0), &panel.canvas);
-    }
-    let (line, total) = (height as f64, canvas.width as f64);
+        render(&stage, &camera, width, &Style::new(monitor))
+    };
+    let strip: Vec<Rendered> = beds.into_iter().map(panel).collect::<Result<_, _>>()?;
+    let Rendered { canvas: Canvas { width, height, .. }, pixel_um, ref shares } = strip[0];
+    let pictures: Vec<&Canvas> = strip.iter().map(|panel| &panel.canvas).collect();
+    let mut canvas = Canvas::side_by_side(&pictures, 2 * FOOT);
+    let (right, line) = (canvas.width as f64 - 8.0, height as f64);
     canvas.annotate(|svg| {
         for (i, frame) in frames.iter().enumerate() {
             let at = (i * (width + GAP)) as f64 + width as f64 / 2.0;
@@ -80,11 +67,10 @@ pub fn drop(
             svg.text((at, line + 24.0), Anchor::Middle, TEXT, &label);
         }
         let bottom = line + 2.0 * FOOT as f64 - 8.0;
-        let width_um = width as f64 * pixel_um;
-        scale_bar(svg, (8.0, bottom), width_um, pixel_um, Ground::Paper);
-        legend(svg, (total - 8.0, bottom - 4.0), scene, &strip[0].shares);
+        scale_bar(svg, (8.0, bottom), width, pixel_um, Ground::Paper);
+        legend(svg, (right, bottom - 4.0), scene, shares);
     })?;
-    Ok(output::bytes(path, &canvas.png(pixel_um))?)
+    Ok(output::bytes(path, &canvas.png(Some(pixel_um)))?)
 }
 
 fn time(seconds: f64) -> String {

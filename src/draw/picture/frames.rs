@@ -5,14 +5,17 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::error::{FORMAT, PictureError};
+use super::source::PictureError;
+use crate::support::file_error::FileError;
 
-/// Places beyond this are a mistake, um.
+/// Version of the file, the value of `soilsig_frames`.
+const FORMAT: u32 = 1;
+/// Greatest valid coordinate, um.
 const FARTHEST_UM: f64 = 1e9;
 /// Most panels of a strip.
 pub const MOST_PANELS: usize = 24;
 
-/// Where the grains were at some times of the drop.
+/// The places of the grains at some times of the drop.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Frames {
@@ -29,34 +32,30 @@ pub(super) struct Frames {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Frame {
-    /// Since the release, on the clock of real grains, s.
+    /// Time since the release for real grains, s.
     pub time_s: f64,
-    /// Of each grain, as in a scene's instances.
+    /// Transform of each grain, as in a scene's instances.
     pub transforms: Vec<[f64; 12]>,
 }
 
 impl Frames {
     /// Reads the file and checks it against the prototypes of its scene.
     pub fn read(path: &Path, known: &[&str]) -> Result<Self, PictureError> {
-        let text = fs::read_to_string(path)
-            .map_err(|source| PictureError::NoFrames { path: path.to_owned(), source })?;
+        let text = fs::read_to_string(path).map_err(FileError::read(path))?;
+        let again = "run the pipeline again: it writes the version that this program reads";
         let frames: Self = serde_json::from_str(&text)
-            .map_err(|source| PictureError::FramesForm { path: path.to_owned(), source })?;
-        frames.check(known).map_err(|(place, problem)| PictureError::FramesValue {
-            path: path.to_owned(),
-            place,
-            problem,
-        })?;
+            .map_err(|error| FileError::wrong(path, error.to_string()).with_hint(again))?;
+        let wrong = |(place, problem)| FileError::wrong_at(path, place, problem).with_hint(again);
+        frames.check(known).map_err(wrong)?;
         Ok(frames)
     }
 
+    /// Returns the place and the problem of what is wrong.
     fn check(&self, known: &[&str]) -> Result<(), (String, String)> {
         let wrong = |place: &str, problem: String| Err((place.to_owned(), problem));
         if self.soilsig_frames != FORMAT {
-            return wrong(
-                "soilsig_frames",
-                format!("version {} is not known", self.soilsig_frames),
-            );
+            let problem = format!("version {} is not known", self.soilsig_frames);
+            return wrong("soilsig_frames", problem);
         }
         if !self.tray_um.iter().all(|side| side.is_finite() && *side > 0.0) {
             return wrong("tray_um", "both sides must be above 0".into());
@@ -65,12 +64,12 @@ impl Frames {
             return wrong("prototypes", format!("the scene beside it has no prototype {name:?}"));
         }
         if self.frames.is_empty() || self.prototypes.is_empty() {
-            return wrong("frames", "there must be one at least, of one grain at least".into());
+            return wrong("frames", "there must be at least one frame and one grain".into());
         }
         for (i, frame) in self.frames.iter().enumerate() {
-            let numbers = frame.transforms.iter().flatten();
-            if !frame.time_s.is_finite() || numbers.into_iter().any(|x| x.abs() > FARTHEST_UM) {
-                return wrong(&format!("frames[{i}]"), "numbers beyond a kilometre".into());
+            let mut numbers = frame.transforms.iter().flatten();
+            if numbers.any(|x| x.abs() > FARTHEST_UM) {
+                return wrong(&format!("frames[{i}]"), "a number is beyond a kilometre".into());
             }
             let (places, grains) = (frame.transforms.len(), self.prototypes.len());
             if places != grains {
@@ -81,8 +80,8 @@ impl Frames {
         Ok(())
     }
 
-    /// So many of the frames, from the first to the last, the grains as much lower in each as in the one
-    /// before. Where the record is shorter its last stands several times.
+    /// Chooses frames from the first to the last, in which the grains sink by equal steps. In a
+    /// shorter record the last frame is repeated.
     pub fn chosen(&self, panels: usize) -> Vec<&Frame> {
         let last = self.frames.len() - 1;
         let heights: Vec<f64> = self.frames.iter().map(Frame::height_um).collect();
@@ -92,7 +91,7 @@ impl Frames {
             let wanted = heights[0] + share * (heights[last] - heights[0]);
             let off = |i: &usize| (heights[*i] - wanted).abs();
             let from = (chosen[panel - 1] + 1).min(last);
-            // As many are left as panels are.
+            // Enough frames must be left for the other panels.
             let to = (last + panel + 1).saturating_sub(panels).max(from);
             chosen.extend((from..=to).min_by(|i, j| off(i).total_cmp(&off(j))));
         }

@@ -1,25 +1,26 @@
-//! One dusty grain: the paper's Fig. 3(a).
+//! One grain with its fines: the paper's Fig. 3(a).
 
 use std::path::Path;
 
 use glam::DVec3;
 
 use super::canvas::{Canvas, Ground, TEXT, scale_bar};
-use super::patch::{PAPER, framed};
-use super::render::{Style, colour, render};
+use super::patch::framed;
+use super::render::{Rendered, Style, colour, render};
 use super::stage::Stage;
 use super::{Look, PictureError};
 use crate::draw::plot::svg::{Anchor, Svg, text_width};
 use crate::geometry::ingest;
-use crate::scene::{Placed, Scene, SceneGeometry};
+use crate::scene::{Placed, Prototype, Scene, SceneGeometry};
 use crate::support::error::Error;
+use crate::support::file_error::FileError;
 use crate::support::monitor::Monitor;
 use crate::support::output;
 
-/// Height of the line below a picture, pixels.
+/// Height of the line below the picture, pixels.
 pub(super) const FOOT: usize = 36;
 
-/// Draws a prototype of a placed scene, the first one if none is named.
+/// Draws a prototype of a placed scene: the named one, else the first.
 pub fn grain(
     scene: &Scene,
     prototype: Option<&str>,
@@ -28,40 +29,35 @@ pub fn grain(
     monitor: &dyn Monitor,
 ) -> Result<(), Error> {
     let placed = scene.placed()?;
-    let names = || placed.prototypes.iter().map(|prototype| prototype.name.as_str());
-    let chosen = match prototype {
-        None => placed.prototypes.first(),
-        Some(name) => placed.prototypes.iter().find(|prototype| prototype.name == name),
-    };
-    let chosen = chosen.ok_or_else(|| PictureError::NoPrototype {
-        scene: scene.file.clone(),
-        wanted: prototype.unwrap_or_default().to_owned(),
-        known: names().collect::<Vec<_>>().join(", "),
+    let wanted = |one: &&Prototype| prototype.is_none_or(|name| one.name == name);
+    let chosen = placed.prototypes.iter().find(wanted).ok_or_else(|| {
+        let names: Vec<&str> = placed.prototypes.iter().map(|one| one.name.as_str()).collect();
+        let (wanted, known) = (prototype.unwrap_or_default(), names.join(", "));
+        let problem = format!("there is no prototype {wanted:?}: it has {known}");
+        PictureError::from(FileError::wrong(&scene.file, problem))
     })?;
     let placed = Placed { prototypes: vec![chosen.clone()], instances: None, domain: None };
     let alone = Scene { geometry: SceneGeometry::Placed(placed), ..scene.clone() };
     let bed = ingest::load(&alone)?;
     let to_eye = look.to_eye();
-    // A lamp on all sides that the eye can see.
+    // The sky is above and behind the eye, so that the visible sides are lit.
     let zenith = (DVec3::Z + to_eye).try_normalize().unwrap_or(to_eye);
-    let style = Style { rays: 3, sky: 63, zenith, background: PAPER, monitor };
+    let style = Style { sky: 63, zenith, ..Style::new(monitor) };
     let stage = Stage::new(&bed.meshes, &bed.placements, None);
-    let rendered = render(&stage, &framed(&bed, to_eye), look.width_px, &style)?;
-    let picture = rendered.canvas;
-    let mut canvas = Canvas::new(picture.width, picture.height + FOOT, [255; 3]);
-    canvas.paste((0, 0), &picture);
+    let Rendered { canvas: picture, pixel_um, shares } =
+        render(&stage, &framed(&bed, to_eye), look.width_px, &style)?;
     let (width, height) = (picture.width as f64, picture.height as f64);
+    let mut canvas = Canvas::side_by_side(&[&picture], FOOT);
     canvas.annotate(|svg| {
-        let width_um = width * rendered.pixel_um;
-        scale_bar(svg, (12.0, height - 4.0), width_um, rendered.pixel_um, Ground::Paper);
+        scale_bar(svg, (12.0, height - 4.0), picture.width, pixel_um, Ground::Paper);
         let line = height + 24.0;
         svg.text((12.0, line), Anchor::Start, TEXT, &chosen.name);
-        legend(svg, (width - 12.0, line), scene, &rendered.shares);
+        legend(svg, (width - 12.0, line), scene, &shares);
     })?;
-    Ok(output::bytes(path, &canvas.png(rendered.pixel_um))?)
+    Ok(output::bytes(path, &canvas.png(Some(pixel_um)))?)
 }
 
-/// The materials that are seen, with their colours, up to the right end of a line.
+/// Names and colours of the visible materials, up to the right end of a line.
 pub(super) fn legend(svg: &mut Svg, (mut right, line): (f64, f64), scene: &Scene, shares: &[f64]) {
     for (number, material) in scene.materials.iter().enumerate().rev() {
         if shares.get(number).is_none_or(|share| *share == 0.0) {

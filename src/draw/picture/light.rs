@@ -1,31 +1,31 @@
-//! Sun and sky: how much light reaches each piece of surface.
+//! The light of sun and sky on each piece of surface.
 //!
-//! The sky is many directions evenly over the upper hemisphere, the sun one more. What each of them
-//! reaches is what it sees, found like what the camera sees: by a depth buffer.
+//! The sky is many directions evenly over the upper hemisphere, the sun one more. A direction lights
+//! what it sees: this is found by a depth buffer, as for the camera.
 
 use glam::{Affine3A, DVec3, Vec3, Vec3A};
 use rayon::prelude::*;
 
-use super::camera::Camera;
+use super::camera::{Camera, corners};
 use super::stage::{Piece, Stage};
 use super::visible::{Body, Scratch, Window};
 use crate::support::monitor::{Interrupted, Monitor};
 
-/// Shares of the light on a level surface in the open.
+/// Shares of the light on a horizontal surface in the open.
 const SUN: f64 = 0.52;
 const SKY: f64 = 0.45;
-/// The sun is no stronger than one of this height, a cosine, would have to be.
+/// A lower sun is not made stronger; a cosine.
 const LOWEST_SUN: f64 = 0.6;
-/// What reaches every surface: light reflected by others.
+/// Light reflected by other surfaces, equal everywhere.
 const STRAY: f32 = 0.06;
-/// The shadows of many directions blur each other: coarser ones do.
+/// Pixels of the picture in one of the sky's depth buffers: many shadows blur each other.
 const SKY_DETAIL: f64 = 3.0;
-/// Directions whose depth buffers are held at a time.
+/// Depth buffers held at a time.
 const AT_A_TIME: usize = 8;
-/// Most pixels along a side of a depth buffer.
+/// Most pixels of a side of a depth buffer.
 const LONGEST: f64 = 2048.0;
 
-/// Where the light comes from.
+/// All directions of light.
 pub(crate) struct Lights(Vec<Light>);
 
 struct Light {
@@ -36,13 +36,13 @@ struct Light {
 }
 
 impl Lights {
-    /// A sun to the upper left behind the camera, and a hemisphere of sky of so many directions about a zenith.
+    /// A sun to the upper left behind the camera, and a hemisphere of `sky` directions about a zenith.
     pub fn new(camera: &Camera, zenith: DVec3, sky: usize) -> Self {
         let (right, up) = (camera.right.normalize(), camera.up.normalize());
         let sun = (-0.55 * right + 0.35 * up + 0.75 * camera.to_eye).normalize();
         let sun =
             Light { towards: sun, strength: SUN / sun.dot(zenith).max(LOWEST_SUN), detail: 1.0 };
-        // The golden section spreads points evenly, and never two above each other.
+        // The golden section spreads points evenly.
         let golden = (5f64.sqrt() - 1.0) / 2.0;
         let (east, north) = zenith.any_orthonormal_pair();
         let sky_light = |i: usize| {
@@ -55,7 +55,7 @@ impl Lights {
         Self(std::iter::once(sun).chain((0..sky).map(sky_light)).collect())
     }
 
-    /// Light on each piece, 1 on a level surface in the open. `pixel_um` is the detail that shadows have.
+    /// Light on each piece, 1 on a horizontal surface in the open. `pixel_um` is the shadows' detail.
     pub fn on(
         &self,
         pieces: &[Piece],
@@ -67,10 +67,6 @@ impl Lights {
         for piece in pieces {
             (min, max) = (min.min(piece.point), max.max(piece.point));
         }
-        let corners = |i: usize| {
-            let high = glam::BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0);
-            DVec3::select(high, max, min)
-        };
         let mut sums = vec![STRAY; pieces.len()];
         let bodies: Vec<&Body> = stage.bodies(f64::INFINITY).collect();
         for lights in self.0.chunks(AT_A_TIME) {
@@ -78,7 +74,7 @@ impl Lights {
                 .par_iter()
                 .map(|light| {
                     monitor.check()?;
-                    let camera = Camera::around((0..8).map(corners), light.towards);
+                    let camera = Camera::around(corners([min, max]).into_iter(), light.towards);
                     Ok(Map::new(light, camera, &bodies, light.detail * pixel_um))
                 })
                 .collect::<Result<_, _>>()?;
@@ -92,7 +88,7 @@ impl Lights {
     }
 }
 
-/// How far the light of one direction goes.
+/// The depth buffer of one direction of light.
 struct Map {
     towards: Vec3,
     strength: f32,
@@ -123,7 +119,7 @@ impl Map {
                 }
             });
         }
-        // Single precision holds places near the corner.
+        // Relative to the corner, single precision is enough.
         let origin = camera.corner;
         Self {
             towards: light.towards.as_vec3(),
@@ -145,10 +141,10 @@ impl Map {
         if cosine <= 0.0 {
             return 0.0;
         }
-        // A pixel holds the depth of its middle: stand off the surface by as much as a facet rises in one.
+        // A pixel has the depth of its middle. An offset of a pixel keeps a facet from shading itself.
         let point = (piece.point - self.origin).as_vec3() + self.pixel_um * piece.normal;
         let at = self.to_pixels.transform_point3a(Vec3A::from(point));
-        // The map is wide enough that this changes nothing but the last bit.
+        // The map is wide enough that this changes only the last bit.
         let inside = |at: f32, pixels: usize| (at - 0.5).clamp(0.0, pixels as f32 - 1.001);
         let (x, y) = (inside(at.x, self.width), inside(at.y, self.height));
         let (column, row) = (x as usize, y as usize);

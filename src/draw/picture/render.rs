@@ -9,8 +9,8 @@ use super::stage::Stage;
 use crate::support::error::Error;
 use crate::support::monitor::Monitor;
 
-/// Colours of the materials in their order, and again from the first: pale dust, amber grain, grey
-/// floor first, since shipped scenes have them so. Levels of sRGB.
+/// Colours of the materials in their order, repeated: pale dust, amber grains and a grey floor in
+/// shipped scenes. Levels of sRGB.
 const COLOURS: [[f32; 3]; 6] = [
     [0.92, 0.88, 0.79],
     [0.76, 0.48, 0.20],
@@ -19,6 +19,13 @@ const COLOURS: [[f32; 3]; 6] = [
     [0.55, 0.50, 0.72],
     [0.80, 0.45, 0.45],
 ];
+
+/// Behind a bed in the open; levels of sRGB, 0 to 1.
+const PAPER: [f32; 3] = [1.0; 3];
+/// Where the sensor meets nothing.
+pub(super) const SPACE: [f32; 3] = [0.12, 0.15, 0.20];
+/// Greatest ratio of a picture's height to its width.
+const HIGHEST: f64 = 4.0;
 
 /// How a picture is drawn.
 pub(super) struct Style<'a> {
@@ -30,11 +37,17 @@ pub(super) struct Style<'a> {
     pub zenith: DVec3,
     /// Where nothing is; levels of sRGB, 0 to 1.
     pub background: [f32; 3],
-    /// Whoever may stop it.
     pub monitor: &'a dyn Monitor,
 }
 
-/// Pixels, and what they show.
+impl<'a> Style<'a> {
+    /// On white paper.
+    pub(super) fn new(monitor: &'a dyn Monitor) -> Self {
+        Self { rays: 3, sky: 31, zenith: DVec3::Z, background: PAPER, monitor }
+    }
+}
+
+/// A picture and its scale.
 pub(super) struct Rendered {
     pub canvas: Canvas,
     pub pixel_um: f64,
@@ -42,15 +55,12 @@ pub(super) struct Rendered {
     pub shares: Vec<f64>,
 }
 
-/// The colour of a material, levels of sRGB, 0 to 1.
+/// The colour of a material; levels of sRGB, 0 to 1.
 pub(crate) fn colour(material: usize) -> [f32; 3] {
     COLOURS[material % COLOURS.len()]
 }
 
-/// A picture is at most so many times as high as it may be wide.
-const HIGHEST: f64 = 4.0;
-
-/// Draws a stage, so many pixels wide; narrower what is very high.
+/// Draws a stage at that width; a very high one is narrower.
 pub(super) fn render(
     stage: &Stage,
     camera: &Camera,

@@ -1,4 +1,4 @@
-//! What stands before the camera, and the pieces of surface that it sees.
+//! The bodies before the camera, and the pieces of surface that it sees.
 
 use std::sync::Arc;
 
@@ -11,10 +11,10 @@ use crate::geometry::{Bed, Mesh, Placement};
 use crate::scene::Sides;
 use crate::support::monitor::{Interrupted, Monitor};
 
-/// Rows of a picture that are drawn at a go. A body that reaches into several bands is gone through for each.
+/// Rows that are drawn together. A body in several bands is drawn for each.
 const BAND: usize = 160;
 
-/// Bodies, and a plane without end below them.
+/// Bodies over an endless floor.
 pub(crate) struct Stage<'a> {
     /// The bodies, and their mirror images where the sides are mirrors.
     images: Vec<Image<'a>>,
@@ -22,16 +22,16 @@ pub(crate) struct Stage<'a> {
     floor: Option<(f64, u16)>,
 }
 
-/// The bodies once, as they stand or seen in the mirrors.
+/// The bodies or one of their mirror images.
 struct Image<'a> {
     bodies: Vec<Body<'a>>,
-    /// Least and greatest x and y of what is seen of them, um.
+    /// Least and greatest x and y of their visible part, um.
     within: Option<[DVec2; 2]>,
-    /// No ray of the camera travels less than this before it sees any of it, um.
+    /// Least distance from the camera, um.
     nearest_um: f64,
 }
 
-/// What a pixel sees of one facet.
+/// The part of a facet that a pixel sees.
 #[derive(Debug, Clone)]
 pub(crate) struct Piece {
     pub pixel: usize,
@@ -50,7 +50,7 @@ impl<'a> Stage<'a> {
         Self { images: vec![Image { bodies, within: None, nearest_um: 0.0 }], floor }
     }
 
-    /// A bed as the sensor sees it: through mirror sides its mirror images as well.
+    /// A bed as the sensor sees it, with its images in mirror sides.
     pub fn of_sensor(bed: &'a Bed) -> Self {
         let (min, max) = (bed.domain.min_um, bed.domain.max_um);
         let depth = max.z - min.z;
@@ -60,7 +60,7 @@ impl<'a> Stage<'a> {
         }
         let size = (max - min).truncate();
         let shapes: Vec<_> = bed.meshes.iter().map(Shape::new).collect();
-        // The rays start over the first cell and leave the bed's depth `slant * depth` further on.
+        // Rays start over the first cell and leave the bed `slant * depth` further on.
         let cells = |axis: usize| {
             let reach = -slant[axis] * depth / size[axis];
             reach.min(0.0).floor() as i64..=(1.0 + reach.max(0.0)).ceil() as i64 - 1
@@ -94,13 +94,13 @@ impl<'a> Stage<'a> {
         Self { images, floor: bed.domain.floor }
     }
 
-    /// All that casts shadows on what is seen before a distance, um.
+    /// The bodies nearer than a distance, um.
     pub fn bodies(&self, farthest_um: f64) -> impl Iterator<Item = &Body<'a>> {
         let near = self.images.iter().take_while(move |image| image.nearest_um <= farthest_um);
         near.flat_map(|image| &image.bodies)
     }
 
-    /// What each pixel sees, by `sub` x `sub` rays.
+    /// The pieces that each pixel sees with `sub` x `sub` rays.
     pub fn look(
         &self,
         camera: &Camera,
@@ -158,7 +158,7 @@ impl<'a> Stage<'a> {
         seen
     }
 
-    /// The floor alone: its depth is linear in x and y.
+    /// The floor alone.
     fn floor_seen(&self, to_rays: &DAffine3, window: &Window) -> Vec<Seen> {
         let nothing = Seen { depth: f32::INFINITY, of: NOTHING, triangle: 0 };
         let rays = window.width * window.rows.len();
@@ -175,7 +175,7 @@ impl<'a> Stage<'a> {
         (0..rays).map(floor).collect()
     }
 
-    /// The rays of each pixel, put together by the facets that they meet.
+    /// Groups the rays of each pixel by the facets that they meet.
     fn pieces(&self, seen: &[Seen], to_rays: &DAffine3, window: &Window, sub: usize) -> Vec<Piece> {
         let to_scene = to_rays.inverse();
         let bodies: Vec<&Body> = self.images.iter().flat_map(|image| &image.bodies).collect();
@@ -223,11 +223,11 @@ impl<'a> Stage<'a> {
     }
 }
 
-/// Which facet a ray meets first.
+/// The facet that a ray meets first.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     depth: f32,
-    /// Number of the body in all images, or one of the two below.
+    /// Number of the body in all images, or FLOOR or NOTHING.
     of: u32,
     triangle: u32,
 }
@@ -241,7 +241,7 @@ impl Seen {
 const FLOOR: u32 = u32::MAX - 1;
 const NOTHING: u32 = u32::MAX;
 
-/// Where the ray of that number goes through the picture, in units of the distance of rays.
+/// Place of a ray in the picture, in units of the distance between rays.
 fn ray(at: usize, window: &Window) -> DVec2 {
     let (x, y) = (at % window.width, window.rows.start + at / window.width);
     DVec2::new(x as f64 + 0.5, y as f64 + 0.5)
@@ -270,7 +270,7 @@ mod tests {
     use crate::tracer::Tracer;
     use crate::tracer::footprint::Footprint;
 
-    /// The depth buffer and the ray tracer know nothing of each other.
+    /// The depth buffer and the ray tracer are independent.
     #[test]
     fn the_sensors_view_is_what_the_tracer_sees_from_above_and_through_the_mirrors() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/settled_patch.json");
@@ -291,7 +291,7 @@ mod tests {
                 let place = |i: usize| (i as f64 + 0.5) / 200.0;
                 let traced = tracer.look([place(pixel % 200), 1.0 - place(pixel / 200)]);
                 match (traced, seen) {
-                    // The tracer turns its ray over at a mirror, not the facet.
+                    // At a mirror the tracer reflects the ray, not the facet.
                     (Some((a, x)), Some((b, y))) => {
                         a != *b || (zenith_deg == 0.0 && (x - y).abs() > 1e-3)
                     }
@@ -299,7 +299,7 @@ mod tests {
                 }
             });
             let differ = differ.count();
-            // Rays on the edge between two facets see either.
+            // Rays on an edge may see either facet.
             assert!(differ <= 40, "{differ} of 40000 from {zenith_deg}");
         }
     }

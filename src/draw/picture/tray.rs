@@ -1,14 +1,14 @@
-//! The tray, hinted at: its floor, and the edges of its walls.
+//! The tray as a floor and the edges of its walls.
 
 use glam::{DAffine3, DVec3};
 
+use super::camera::corners;
 use crate::geometry::{Mesh, Placement};
 
-/// Width of an edge and thickness of the floor as shares of the tray's longer side.
+/// Width of an edge, as a share of the tray's longer side.
 const EDGE: f64 = 0.006;
 
-/// Adds a floor with its upper side at `min.z`, and above it the edges of walls up to `max.z`, if that is
-/// higher.
+/// Adds a floor whose top is at `min.z` and, if `max.z` is higher, the edges of walls up to there.
 pub(super) fn add(
     meshes: &mut Vec<Mesh>,
     placements: &mut Vec<Placement>,
@@ -40,12 +40,10 @@ pub(super) fn add(
     }
 }
 
+/// A box as a mesh about its middle, and its middle.
 fn solid_box(low: DVec3, high: DVec3, material: u16) -> (Mesh, DVec3) {
-    let corner =
-        |i: usize| DVec3::select(glam::BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), high, low);
-    let corners: Vec<DVec3> = (0..8).map(corner).collect();
     let faces =
         [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangles = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
-    Mesh::new("tray", &corners, triangles.map(|triangle| (triangle, material)))
+    Mesh::new("tray", &corners([low, high]), triangles.map(|triangle| (triangle, material)))
 }

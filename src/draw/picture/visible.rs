@@ -1,7 +1,6 @@
-//! Which triangle is seen where: a depth buffer.
+//! A depth buffer: the visible triangle at each place.
 //!
-//! A picture asks for the first hits of a million parallel rays. Going through the triangles once finds
-//! them ten times as fast as following each ray does.
+//! For a million parallel rays it is ten times as fast as tracing each ray.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -10,13 +9,13 @@ use glam::{Affine3A, DAffine3, DVec3, Vec3, Vec3A};
 
 use crate::geometry::Mesh;
 
-/// A mesh, and what is worked out of it once for all its places.
+/// A mesh with quantities that all its placements share.
 #[derive(Debug)]
 pub(crate) struct Shape<'a> {
     pub mesh: &'a Mesh,
-    /// Of each triangle the cross product of its sides: tells whether it faces the eye.
+    /// The cross product of two sides of each triangle. It tells whether the triangle faces the eye.
     crosses: Vec<Vec3>,
-    /// Distance of the farthest vertex from the origin of the mesh, um.
+    /// Greatest distance of a vertex from the mesh's origin, um.
     radius_um: f32,
 }
 
@@ -40,35 +39,34 @@ pub(crate) struct Body<'a> {
     pub to_scene: DAffine3,
 }
 
-/// The part of a picture that is drawn at a go.
+/// The part of a picture that is drawn at once.
 #[derive(Debug, Clone)]
 pub(crate) struct Window {
     pub width: usize,
     pub rows: Range<usize>,
 }
 
-/// Scratch space for a mesh's vertices, kept from one body to the next.
+/// Space for a mesh's vertices, reused for the next body.
 pub(crate) type Scratch = Vec<Vec3A>;
 
 /// The part of a triangle in a row of pixels.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Span {
-    /// Place of its first pixel in the window, and how many there are.
+    /// Index of its first pixel in the window, and the number of pixels.
     pub first: usize,
     pub pixels: usize,
-    /// Depth at the first, and how it grows from pixel to pixel.
+    /// Depth at the first pixel, and its change from pixel to pixel.
     pub depth: f32,
     pub slope: f32,
     pub triangle: u32,
 }
 
-/// Spans reach so much further than the triangle, as a share of it: no pixel slips between two triangles
-/// that share an edge.
+/// Spans exceed the triangle by this share, so that no pixel is missed between two triangles.
 const EDGE: f32 = 1e-5;
 
 impl Body<'_> {
-    /// Calls `put` for the pixels whose middles each triangle covers, row by row. Closed meshes show their
-    /// front alone.
+    /// Calls `put` for the pixels whose middles a triangle covers, row by row. Closed meshes show only
+    /// their front.
     pub fn draw(
         &self,
         to_pixels: &DAffine3,
@@ -81,7 +79,7 @@ impl Body<'_> {
             return;
         }
         let front = if map.matrix3.determinant() < 0.0 { 1.0 } else { -1.0 };
-        // Middles of pixels are at whole numbers, rows counted from the window's first.
+        // Middles of pixels are whole numbers. Rows count from the window's first.
         let shift = DVec3::new(0.5, window.rows.start as f64 + 0.5, 0.0);
         let local = Affine3A::from_mat3_translation(
             map.matrix3.as_mat3(),
@@ -140,7 +138,7 @@ impl Body<'_> {
         }
     }
 
-    /// Whether the sphere about the body is seen outside a window.
+    /// Whether the sphere about the body is outside a window.
     fn is_outside(&self, map: &DAffine3, window: &Window) -> bool {
         let beyond = |axis: usize, from: usize, to: usize| {
             let reach = map.matrix3.row(axis).length() * f64::from(self.shape.radius_um) + 1.0;
@@ -151,10 +149,10 @@ impl Body<'_> {
     }
 }
 
-/// The first whole number between two limits and 0 and a bound, and how many there are, if any.
+/// The first whole number between two limits and within 0 to a bound, and how many there are.
 fn whole_numbers(low: f32, high: f32, bound: f32) -> Option<(usize, usize)> {
     let (low, high) = (low.max(0.0), high.min(bound));
-    // Casts cut off the fraction: of what is not negative they give the floor.
+    // Casts give the floor of numbers that are not negative.
     let first = low as i32 + i32::from((low as i32 as f32) < low);
     let last = high as i32;
     (high >= 0.0 && last >= first).then(|| (first as usize, (last - first + 1) as usize))

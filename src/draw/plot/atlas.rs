@@ -1,32 +1,33 @@
-//! Small charts on one page: error against what is swept, and where the tool speaks.
+//! Small charts on one page: the error against a swept quantity, and where the program warns.
 
-use super::svg::{Anchor, Point, Svg, shortened, text_width, wrapped};
+use super::axis::Axis;
+use super::svg::{Anchor, Point, Svg, text_width, wrapped};
 
 /// One small chart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
-    /// Heading.
+    /// Title.
     pub title: String,
-    /// What is on the horizontal axis, with its unit.
+    /// The quantity on the horizontal axis, with its unit.
     pub swept: String,
-    /// Whether that axis is logarithmic; 0 is put at its left end then.
+    /// Whether that axis is logarithmic. If so, 0 is put at its left end.
     pub log: bool,
     /// The points, ascending.
     pub marks: Vec<Mark>,
-    /// Why there are none, if so.
+    /// Why there are no points, if there are none.
     pub left_out: Option<String>,
 }
 
 /// One point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mark {
-    /// Place on the horizontal axis.
+    /// The swept quantity.
     pub x: f64,
-    /// Place on the vertical axis; `None` where there was no result.
+    /// The error; `None` where there was no result.
     pub error: Option<f64>,
     /// The error that is allowed.
     pub allowed: f64,
-    /// Whether something was said of it.
+    /// Whether the program warned.
     pub is_said: bool,
     /// Whether the error is more than is allowed.
     pub is_broken: bool,
@@ -34,18 +35,22 @@ pub struct Mark {
 
 const COLUMNS: usize = 4;
 const CELL: (f64, f64) = (318.0, 262.0);
-/// The plot within its cell: left, top, right, bottom.
-const PLOT: (f64, f64, f64, f64) = (52.0, 52.0, 302.0, 204.0);
+/// The frame within its cell: left, top, right, bottom.
+const FRAME: (f64, f64, f64, f64) = (52.0, 68.0, 302.0, 204.0);
 const HEAD: f64 = 74.0;
-/// Ends of the vertical axis, powers of ten. What is less lies on the lower end.
+/// Ends of the vertical axis, powers of ten. Smaller errors lie on the lower end.
 const POWERS: (f64, f64) = (-5.0, 0.0);
-/// Room above the axis for points without a result.
-const REFUSED: f64 = 16.0;
+/// Height of points without a result above the frame.
+const REFUSED: f64 = 8.0;
+/// Points at the ends keep off the frame.
+const MARGIN: f64 = 9.0;
+const TICK_SIZE: f64 = 11.0;
 
-const LINE: &str = "#0072b2";
-const SAID: &str = "#e69f00";
-const BROKEN: &str = "#f6d5c5";
-const GREY: &str = "#777777";
+const LINE: &str = "stroke='#0072b2' stroke-width='1.6'";
+const ALLOWED: &str = "stroke='#777777' stroke-width='1.2' stroke-dasharray='4 3'";
+const BROKEN: &str = "fill='#f6d5c5'";
+const FRAMED: &str = "fill='none' stroke='#777777'";
+const TICK: &str = "stroke='#777777'";
 
 /// Draws the panels in rows of four.
 pub fn atlas_svg(title: &str, panels: &[Panel]) -> String {
@@ -61,44 +66,39 @@ pub fn atlas_svg(title: &str, panels: &[Panel]) -> String {
     svg.finish()
 }
 
+/// What lines, dots, crosses and shading mean.
 fn key(svg: &mut Svg) {
+    type Sample = fn(&mut Svg, f64, f64);
+    let entries: [(Sample, &str); 5] = [
+        (
+            |svg, x, y| {
+                svg.line(&[(x, y), (x + 24.0, y)], LINE);
+                dot(svg, (x + 12.0, y), false);
+            },
+            "error of the result (0 lies at the lower end)",
+        ),
+        (
+            |svg, x, y| svg.line(&[(x, y), (x + 24.0, y)], ALLOWED),
+            "allowed: twice the half-width of the result",
+        ),
+        (
+            |svg, x, y| svg.rectangle((x, y - 7.0), (24.0, 14.0), BROKEN),
+            "the error is larger than allowed",
+        ),
+        (|svg, x, y| dot(svg, (x + 12.0, y), true), "the program warns"),
+        (|svg, x, y| cross(svg, (x + 12.0, y)), "the program refuses"),
+    ];
     let (mut x, y) = (16.0, 50.0);
-    let mut entry = |sample: &dyn Fn(&mut Svg, f64), words: &str| {
-        sample(svg, x);
+    for (sample, words) in entries {
+        sample(svg, x, y);
         svg.text((x + 30.0, y + 4.0), Anchor::Start, 12.5, words);
-        x += 30.0 + text_width(words, 12.5) * 0.92 + 16.0;
-    };
-    entry(
-        &|svg, x| {
-            svg.line(&[(x, y), (x + 24.0, y)], &format!("stroke='{LINE}' stroke-width='1.6'"));
-            dot(svg, (x + 12.0, y), false);
-        },
-        "error of the result (0 lies at the foot)",
-    );
-    entry(
-        &|svg, x| {
-            svg.line(&[(x, y), (x + 24.0, y)], &allowed_style());
-        },
-        "allowed: twice what the result claims",
-    );
-    entry(
-        &|svg, x| {
-            svg.rectangle((x, y - 7.0), (24.0, 14.0), &format!("fill='{BROKEN}'"));
-        },
-        "the error is beyond that: it breaks",
-    );
-    entry(&|svg, x| dot(svg, (x + 12.0, y), true), "the tool says so");
-    entry(&|svg, x| cross(svg, (x + 12.0, y)), "the tool refuses");
-}
-
-fn allowed_style() -> String {
-    format!("stroke='{GREY}' stroke-width='1.2' stroke-dasharray='4 3'")
+        x += 46.0 + text_width(words, 12.5) * 0.92;
+    }
 }
 
 fn dot(svg: &mut Svg, at: Point, is_said: bool) {
-    let fill = if is_said { SAID } else { "#ffffff" };
-    let radius = if is_said { 4.6 } else { 3.0 };
-    svg.circle(at, radius, &format!("fill='{fill}' stroke='{LINE}' stroke-width='1.2'"));
+    let (fill, radius) = if is_said { ("#e69f00", 4.6) } else { ("#ffffff", 3.0) };
+    svg.circle(at, radius, &format!("fill='{fill}' stroke='#0072b2' stroke-width='1.2'"));
 }
 
 fn cross(svg: &mut Svg, (x, y): Point) {
@@ -108,144 +108,95 @@ fn cross(svg: &mut Svg, (x, y): Point) {
     }
 }
 
-/// The horizontal axis of one panel.
-struct Across {
-    log: bool,
-    low: f64,
-    high: f64,
-    /// What stands for 0 where the axis is logarithmic.
-    zero: f64,
-}
-
-impl Across {
-    fn new(panel: &Panel) -> Self {
-        let xs = || panel.marks.iter().map(|mark| mark.x);
-        if !panel.log {
-            let (low, high) = xs().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
-            return Self { log: false, low, high, zero: 0.0 };
-        }
-        let positive = xs().filter(|x| *x > 0.0).map(f64::log10);
-        let (low, high) = positive.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
-        let zero = low - (0.12 * (high - low)).max(0.3);
-        Self { log: true, low: if xs().any(|x| x == 0.0) { zero } else { low }, high, zero }
+/// The horizontal axis of a panel, and its ticks.
+fn across(panel: &Panel, places: (f64, f64)) -> (Axis, Vec<(f64, String)>) {
+    let xs = || panel.marks.iter().map(|mark| mark.x);
+    let ends = |xs: &mut dyn Iterator<Item = f64>| {
+        let (low, high) = xs.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
+        (low, high.max(low + 1e-12))
+    };
+    let labelled = |axis: &Axis| -> Vec<(f64, String)> {
+        axis.ticks().into_iter().filter_map(|(x, label)| Some((x, label?))).collect()
+    };
+    if !panel.log {
+        let axis = Axis::linear(ends(&mut xs()), places, 6.0);
+        let ticks = labelled(&axis);
+        return (axis, ticks);
     }
-
-    /// From 0 to 1.
-    fn place(&self, x: f64) -> f64 {
-        let x = match (self.log, x) {
-            (true, 0.0) => self.zero,
-            (true, x) => x.log10(),
-            (false, x) => x,
-        };
-        (x - self.low) / (self.high - self.low).max(1e-12)
+    let (low, high) = ends(&mut xs().filter(|x| *x > 0.0).map(f64::log10));
+    if xs().all(|x| x > 0.0) {
+        let axis = Axis::log((low, high), places);
+        let ticks = labelled(&axis);
+        return (axis, ticks);
     }
-
-    fn ticks(&self) -> Vec<(f64, String)> {
-        if !self.log {
-            let step = super::axis::round_step(self.high - self.low, 6.0);
-            let digits = (-step.log10() - 1e-9).ceil().max(0.0) as usize;
-            let (first, last) =
-                ((self.low / step - 1e-6).ceil(), (self.high / step + 1e-6).floor());
-            return (first as i64..=last as i64)
-                .map(|i| i as f64 * step + 0.0)
-                .map(|x| (x, format!("{x:.digits$}")))
-                .collect();
-        }
-        let low = if self.low == self.zero { self.zero + 1e-9 } else { self.low };
-        let (first, last) = ((low - 1e-6).ceil() as i32, (self.high + 1e-6).floor() as i32);
-        let step = ((last - first) / 6 + 1).max(1);
-        let mut ticks: Vec<(f64, String)> = (first..=last)
-            .filter(|power| power.rem_euclid(step) == 0)
-            .map(|power| (10f64.powi(power), power_label(power)))
-            .collect();
-        if self.low == self.zero {
-            ticks.insert(0, (0.0, "0".into()));
-        }
-        ticks
-    }
-}
-
-fn power_label(power: i32) -> String {
-    match power {
-        0..=3 => format!("{}", 10_u32.pow(power as u32)),
-        -3..=-1 => format!("{}", 10f64.powi(power)),
-        _ => format!("1e{power}"),
-    }
+    let axis = Axis::log((low - (0.12 * (high - low)).max(0.3), high), places);
+    let mut ticks = labelled(&axis);
+    ticks.retain(|(x, _)| axis.place(*x) > places.0 + 16.0);
+    ticks.push((0.0, "0".into()));
+    (axis, ticks)
 }
 
 fn draw(svg: &mut Svg, panel: &Panel, (left, top): Point) {
-    let (x0, y0, x1, y1) = (left + PLOT.0, top + PLOT.1, left + PLOT.2, top + PLOT.3);
-    for (i, line) in wrapped(&panel.title, 13.0, CELL.0 - 14.0).iter().take(2).enumerate() {
-        let at = (left + 8.0, top + 16.0 + 16.0 * i as f64);
-        svg.styled_text(at, Anchor::Start, 13.0, line, "font-weight='bold'");
-    }
+    let (x0, y0, x1, y1) = (left + FRAME.0, top + FRAME.1, left + FRAME.2, top + FRAME.3);
+    let mut lines = |text: &str, size: f64, width: f64, (x, y): Point, anchor, style| {
+        for (i, line) in wrapped(text, size, width).iter().take(6).enumerate() {
+            svg.styled_text((x, y + (size + 3.0) * i as f64), anchor, size, line, style);
+        }
+    };
+    let bold = "font-weight='bold'";
+    lines(&panel.title, 13.0, CELL.0 - 14.0, (left + 8.0, top + 16.0), Anchor::Start, bold);
     if let Some(reason) = &panel.left_out {
         let reason = format!("left out: {reason}");
-        for (i, line) in wrapped(&reason, 12.0, x1 - x0 - 20.0).iter().take(6).enumerate() {
-            svg.text((x0 + 10.0, y0 + 30.0 + 16.0 * i as f64), Anchor::Start, 12.0, line);
-        }
-        svg.rectangle((x0, y0), (x1 - x0, y1 - y0), &format!("fill='none' stroke='{GREY}'"));
+        lines(&reason, 12.0, x1 - x0 - 20.0, (x0 + 10.0, y0 + 30.0), Anchor::Start, "");
+        svg.rectangle((x0, y0), (x1 - x0, y1 - y0), FRAMED);
         return;
     }
-    let across = Across::new(panel);
-    // Points at the ends keep off the frame.
-    let place = |x: f64| x0 + 9.0 + (x1 - x0 - 18.0) * across.place(x);
-    let height = |error: f64| {
-        let power = error.max(1e-300).log10().clamp(POWERS.0, POWERS.1);
-        y1 - (y1 - y0 - REFUSED) * (power - POWERS.0) / (POWERS.1 - POWERS.0)
-    };
-    shade(svg, panel, &place, (x0, x1), (y0 + REFUSED, y1));
-    svg.rectangle(
-        (x0, y0 + REFUSED),
-        (x1 - x0, y1 - y0 - REFUSED),
-        &format!("fill='none' stroke='{GREY}'"),
-    );
-    for power in (POWERS.0 as i32)..=(POWERS.1 as i32) {
-        let y = height(10f64.powi(power));
-        svg.line(&[(x0 - 4.0, y), (x0, y)], &format!("stroke='{GREY}'"));
-        svg.text((x0 - 6.0, y + 4.0), Anchor::End, 11.0, &power_label(power));
+    let middle = (f64::midpoint(x0, x1), y1 + 32.0);
+    lines(&panel.swept, 11.5, CELL.0 - 24.0, middle, Anchor::Middle, "");
+    let (x, ticks) = across(panel, (x0 + MARGIN, x1 - MARGIN));
+    let y = Axis::log(POWERS, (y1, y0));
+    shade(svg, panel, &x, (x0, x1), (y0, y1));
+    svg.rectangle((x0, y0), (x1 - x0, y1 - y0), FRAMED);
+    for (value, label) in y.ticks() {
+        let Some(label) = label else { continue };
+        let y = y.place(value);
+        svg.line(&[(x0 - 4.0, y), (x0, y)], TICK);
+        svg.text((x0 - 6.0, y + 4.0), Anchor::End, TICK_SIZE, &label);
     }
-    for (x, label) in across.ticks() {
-        svg.line(&[(place(x), y1), (place(x), y1 + 4.0)], &format!("stroke='{GREY}'"));
-        svg.text((place(x), y1 + 16.0), Anchor::Middle, 11.0, &label);
+    for (value, label) in ticks {
+        let x = x.place(value);
+        svg.line(&[(x, y1), (x, y1 + 4.0)], TICK);
+        svg.text((x, y1 + 16.0), Anchor::Middle, TICK_SIZE, &label);
     }
-    svg.upright_text((left + 14.0, f64::midpoint(y0 + REFUSED, y1)), 11.5, "error");
-    for (i, line) in wrapped(&panel.swept, 11.5, CELL.0 - 24.0).iter().take(2).enumerate() {
-        let at = (f64::midpoint(x0, x1), y1 + 32.0 + 13.0 * i as f64);
-        svg.text(at, Anchor::Middle, 11.5, &shortened(line, 11.5, CELL.0));
-    }
-    let given: Vec<(&Mark, f64)> =
-        panel.marks.iter().filter_map(|mark| Some((mark, mark.error?))).collect();
+    svg.upright_text((left + 14.0, f64::midpoint(y0, y1)), 11.5, "error");
+    let given = || panel.marks.iter().filter_map(|mark| Some((mark, mark.error?)));
     let line = |of: &dyn Fn(&Mark, f64) -> f64| -> Vec<Point> {
-        given.iter().map(|(mark, error)| (place(mark.x), height(of(mark, *error)))).collect()
+        given().map(|(mark, error)| (x.place(mark.x), y.place(of(mark, error)))).collect()
     };
-    if given.iter().any(|(mark, _)| mark.allowed > 0.0) {
-        svg.line(&line(&|mark, _| mark.allowed), &allowed_style());
+    if given().any(|(mark, _)| mark.allowed > 0.0) {
+        svg.line(&line(&|mark, _| mark.allowed), ALLOWED);
     }
-    svg.line(&line(&|_, error| error), &format!("stroke='{LINE}' stroke-width='1.6'"));
-    for (mark, error) in &given {
-        dot(svg, (place(mark.x), height(*error)), mark.is_said);
+    svg.line(&line(&|_, error| error), LINE);
+    for (mark, error) in given() {
+        dot(svg, (x.place(mark.x), y.place(error)), mark.is_said);
     }
     for mark in panel.marks.iter().filter(|mark| mark.error.is_none()) {
-        cross(svg, (place(mark.x), y0 + REFUSED / 2.0));
+        cross(svg, (x.place(mark.x), y0 - REFUSED));
     }
 }
 
-/// Shades where it breaks, half-way to the neighbours that do not.
+/// Shades where the error is too large, half-way to the neighbours where it is not.
 fn shade(
     svg: &mut Svg,
     panel: &Panel,
-    place: &dyn Fn(f64) -> f64,
+    axis: &Axis,
     (x0, x1): (f64, f64),
     (top, bottom): (f64, f64),
 ) {
-    for (i, mark) in panel.marks.iter().enumerate().filter(|(_, mark)| mark.is_broken) {
-        let half_way = |other: Option<&Mark>, end: f64| {
-            other.map_or(end, |other| f64::midpoint(place(mark.x), place(other.x)))
-        };
-        let from = half_way(i.checked_sub(1).map(|before| &panel.marks[before]), x0);
-        let to = half_way(panel.marks.get(i + 1), x1);
-        svg.rectangle((from, top), (to - from, bottom - top), &format!("fill='{BROKEN}'"));
-        let _ = mark;
+    let places: Vec<f64> = panel.marks.iter().map(|mark| axis.place(mark.x)).collect();
+    for (i, _) in panel.marks.iter().enumerate().filter(|(_, mark)| mark.is_broken) {
+        let from = if i == 0 { x0 } else { f64::midpoint(places[i - 1], places[i]) };
+        let to = places.get(i + 1).map_or(x1, |next| f64::midpoint(places[i], *next));
+        svg.rectangle((from, top), (to - from, bottom - top), BROKEN);
     }
 }

@@ -1,89 +1,144 @@
-//! Scales, and ticks at round numbers.
+//! Axes: scales with ticks at round values.
 
-/// A linear scale from values to places on the page.
-pub(super) struct Axis {
+/// A linear or logarithmic scale from values to places on the page.
+pub(crate) struct Axis {
+    is_log: bool,
+    /// Ends of the axis; powers of ten if it is logarithmic.
     low: f64,
     high: f64,
-    step: f64,
     from: f64,
     to: f64,
+    most_ticks: f64,
 }
 
+/// A value, and its label unless the tick is a small one.
+pub(crate) type Tick = (f64, Option<String>);
+
 impl Axis {
-    /// `low` < `high` are put at `from` and `to`, with `most_ticks` ticks at most.
-    pub(super) fn new((low, high): (f64, f64), (from, to): (f64, f64), most_ticks: f64) -> Self {
-        Self { low, high, step: round_step(high - low, most_ticks), from, to }
+    /// Puts `low` < `high` at `from` and `to`, with at most so many labels.
+    pub(crate) fn linear((low, high): (f64, f64), (from, to): (f64, f64), most_ticks: f64) -> Self {
+        Self { is_log: false, low, high, from, to, most_ticks }
+    }
+
+    /// Puts 10^`low` < 10^`high` at `from` and `to`. Values beyond are put at the ends.
+    pub(crate) fn log((low, high): (f64, f64), (from, to): (f64, f64)) -> Self {
+        Self { is_log: true, low, high, from, to, most_ticks: 6.0 }
     }
 
     /// The place of a value.
-    pub(super) fn place(&self, value: f64) -> f64 {
-        self.from + (self.to - self.from) * (value - self.low) / (self.high - self.low)
+    pub(crate) fn place(&self, value: f64) -> f64 {
+        let at = if self.is_log {
+            // The logarithm of what is not above 0 is below every number, or NaN.
+            value.log10().max(self.low).min(self.high)
+        } else {
+            value
+        };
+        self.from + (self.to - self.from) * (at - self.low) / (self.high - self.low)
     }
 
-    /// Values with a label.
-    pub(super) fn ticks(&self) -> Vec<(f64, String)> {
-        let digits = (-self.step.log10() - 1e-9).ceil().max(0.0) as usize;
-        self.multiples(self.step).map(|v| (v, format!("{v:.digits$}"))).collect()
-    }
-
-    /// Values between the ticks, in round parts of their step, with the ticks among them.
-    pub(super) fn small_ticks(&self) -> impl Iterator<Item = f64> {
-        let mantissa = self.step / 10f64.powf(self.step.log10().floor());
-        let parts = if (1.5..3.0).contains(&mantissa) { 4.0 } else { 5.0 };
-        self.multiples(self.step / parts)
-    }
-
-    fn multiples(&self, step: f64) -> impl Iterator<Item = f64> {
-        // A value that is a multiple but for rounding counts as one.
-        let first = (self.low / step - 1e-6).ceil() as i64;
-        let last = (self.high / step + 1e-6).floor() as i64;
-        // Adding zero turns -0 into 0.
-        (first..=last).map(move |i| i as f64 * step + 0.0)
+    /// Ticks with and without labels.
+    pub(crate) fn ticks(&self) -> Vec<Tick> {
+        // A multiple of a step counts as inside in spite of rounding.
+        let inside = |step: f64| {
+            (self.low / step - 1e-6).ceil() as i64..=(self.high / step + 1e-6).floor() as i64
+        };
+        if !self.is_log {
+            let step = round_step(self.high - self.low, self.most_ticks);
+            let mantissa = step / 10f64.powf(step.log10().floor());
+            let parts = if (1.5..3.0).contains(&mantissa) { 4 } else { 5 };
+            let digits = (-step.log10() - 1e-9).ceil().max(0.0) as usize;
+            let small = step / parts as f64;
+            let tick = |i: i64| {
+                let value = i as f64 * small;
+                (value, (i % parts == 0).then(|| format!("{value:.digits$}")))
+            };
+            return inside(small).map(tick).collect();
+        }
+        let powers = inside(1.0);
+        let every = (powers.end() - powers.start()) / self.most_ticks as i64 + 1;
+        let tick = |power: i64, digit: i64| {
+            let label = digit == 1 && power.rem_euclid(every) == 0;
+            let value = digit as f64 * 10f64.powi(power as i32);
+            (value, label.then(|| power_label(power as i32)))
+        };
+        let ends = self.low - 1e-6..=self.high + 1e-6;
+        (powers.start() - 1..=*powers.end())
+            .flat_map(|power| (1..10).map(move |digit| tick(power, digit)))
+            .filter(|(value, label)| {
+                ends.contains(&value.log10()) && (every == 1 || label.is_some())
+            })
+            .collect()
     }
 }
 
-/// The smallest of 1, 2 and 5 times a power of ten that divides `span` into `most` parts or less.
-pub(super) fn round_step(span: f64, most: f64) -> f64 {
+fn power_label(power: i32) -> String {
+    match power {
+        0..=3 => 10_u32.pow(power as u32).to_string(),
+        -3..=-1 => 10f64.powi(power).to_string(),
+        _ => format!("1e{power}"),
+    }
+}
+
+/// The smallest of 1, 2 and 5 times a power of ten that divides `span` into at most `most` parts.
+pub(crate) fn round_step(span: f64, most: f64) -> f64 {
     let least = span / most;
-    let power = 10f64.powf(least.log10().floor());
-    [1.0, 2.0, 5.0, 10.0]
-        .map(|m| m * power)
-        .into_iter()
-        .find(|&step| step >= least * (1.0 - 1e-9))
-        .unwrap_or(10.0 * power)
+    let ten = 10f64.powf(least.log10().floor());
+    let round = [1.0, 2.0, 5.0].map(|times| times * ten).into_iter();
+    round.into_iter().find(|&step| step >= least * (1.0 - 1e-9)).unwrap_or(10.0 * ten)
+}
+
+/// The greatest of 1, 2 and 5 times a power of ten that is not above a number.
+pub(crate) fn round_below(most: f64) -> f64 {
+    let ten = 10f64.powf(most.log10().floor());
+    [5.0, 2.0].map(|times| times * ten).into_iter().find(|&round| round <= most).unwrap_or(ten)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn labels(low: f64, high: f64) -> Vec<String> {
-        let axis = Axis::new((low, high), (0.0, 100.0), 8.0);
-        axis.ticks().into_iter().map(|(_, label)| label).collect()
+    fn labels(axis: &Axis) -> Vec<String> {
+        axis.ticks().into_iter().filter_map(|(_, label)| label).collect()
     }
 
     #[test]
     fn ticks_are_round_and_inside() {
-        assert_eq!(labels(7.5, 14.0), ["8", "9", "10", "11", "12", "13", "14"]);
-        assert_eq!(labels(0.35, 1.0), ["0.4", "0.5", "0.6", "0.7", "0.8", "0.9", "1.0"]);
-        assert_eq!(labels(8.6, 8.6003)[..2], ["8.60000", "8.60005"]);
-        assert_eq!(labels(-0.2, 0.2)[2], "-0.10");
-        assert_eq!(labels(-0.2, 0.2)[4], "0.00");
+        let linear = |low, high| labels(&Axis::linear((low, high), (0.0, 100.0), 8.0));
+        assert_eq!(linear(7.5, 14.0), ["8", "9", "10", "11", "12", "13", "14"]);
+        assert_eq!(linear(0.35, 1.0), ["0.4", "0.5", "0.6", "0.7", "0.8", "0.9", "1.0"]);
+        assert_eq!(linear(8.6, 8.6003)[..2], ["8.60000", "8.60005"]);
+        assert_eq!(linear(-0.2, 0.2)[2..5], ["-0.10", "-0.05", "0.00"]);
+        let log = |low, high| labels(&Axis::log((low, high), (0.0, 100.0)));
+        assert_eq!(log(-5.0, 0.0), ["1e-5", "1e-4", "0.001", "0.01", "0.1", "1"]);
+        assert_eq!(log(-1.2, 11.0), ["1", "1000", "1e6", "1e9"]);
     }
 
     #[test]
     fn ends_are_put_at_the_ends() {
-        let axis = Axis::new((2.0, 4.0), (100.0, 20.0), 8.0);
-        assert!((axis.place(2.0) - 100.0).abs() < 1e-12);
-        assert!((axis.place(4.0) - 20.0).abs() < 1e-12);
-        assert!((axis.place(3.0) - 60.0).abs() < 1e-12);
+        let linear = Axis::linear((2.0, 4.0), (100.0, 20.0), 8.0);
+        for (value, place) in [(2.0, 100.0), (4.0, 20.0), (3.0, 60.0)] {
+            assert!((linear.place(value) - place).abs() < 1e-12);
+        }
+        let log = Axis::log((-2.0, 2.0), (100.0, 20.0));
+        for (value, place) in [(0.01, 100.0), (100.0, 20.0), (1.0, 60.0), (0.0, 100.0)] {
+            assert!((log.place(value) - place).abs() < 1e-12);
+        }
     }
 
     #[test]
     fn small_ticks_divide_the_step() {
-        let axis = Axis::new((0.0, 1.0), (0.0, 1.0), 5.0);
-        let small: Vec<f64> = axis.small_ticks().collect();
-        assert_eq!(small.len(), 21);
-        assert!((small[1] - 0.05).abs() < 1e-12);
+        let linear = Axis::linear((0.0, 1.0), (0.0, 1.0), 5.0).ticks();
+        assert!(linear.len() == 21 && (linear[1].0 - 0.05).abs() < 1e-12);
+        let log = Axis::log((0.0, 1.0), (0.0, 1.0)).ticks();
+        assert!(log.len() == 10 && (log[1].0 - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn bars_are_round_and_at_least_two_fifths_of_their_room() {
+        let round = [1.0, 4.9, 30.0, 99.0, 700.0].map(round_below);
+        assert_eq!(round, [1.0, 2.0, 20.0, 50.0, 500.0]);
+        for most in [0.9, 4.0, 79.9, 80.0, 3100.0, 12_345.0] {
+            assert!((0.4 * most..=most).contains(&round_below(most)), "{most}");
+        }
     }
 }

@@ -1,12 +1,15 @@
-//! A picture of convex bodies: each of a few kinds in a row, from three sides and in its variants.
+//! A picture of convex bodies: a row for each kind, with three views and the variants.
 
+use glam::{DMat3, DVec3};
+
+use super::axis::round_below;
 use super::svg::{Anchor, Point, Svg};
 
-/// A convex polyhedron about the origin; its length, breadth and thickness lie along x, y and z.
+/// A convex polyhedron about the origin. Length, breadth and thickness lie along x, y and z.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solid {
     /// Corners, um.
-    pub vertices_um: Vec<[f64; 3]>,
+    pub vertices_um: Vec<DVec3>,
     /// Corners of each facet, counter-clockwise seen from outside.
     pub facets: Vec<Vec<usize>>,
 }
@@ -16,18 +19,21 @@ pub struct Solid {
 pub struct Row {
     /// Its name.
     pub name: String,
-    /// What is said of it, line by line.
+    /// Lines of text below the name.
     pub lines: Vec<String>,
-    /// Its variants: the first is seen from three sides, the others along their thickness. One at least.
+    /// Its variants, at least one. The first has three views, the others one along the thickness.
     pub solids: Vec<Solid>,
 }
 
-/// Variants that are drawn beside the first.
+/// Most variants beside the first.
 const MOST_OTHERS: usize = 3;
 
-/// Sides from which a body is seen, with the axes that run rightwards, upwards and to the viewer.
-const VIEWS: [(&str, [usize; 3]); 3] =
-    [("along S", [0, 1, 2]), ("along I", [2, 0, 1]), ("along L", [1, 2, 0])];
+/// Views of a body, with the axes to the right, upwards and to the viewer.
+const VIEWS: [(&str, [DVec3; 3]); 3] = [
+    ("along S", [DVec3::X, DVec3::Y, DVec3::Z]),
+    ("along I", [DVec3::Z, DVec3::X, DVec3::Y]),
+    ("along L", [DVec3::Y, DVec3::Z, DVec3::X]),
+];
 
 const CELL: f64 = 150.0;
 const LABELS: f64 = 190.0;
@@ -36,14 +42,14 @@ const EDGE: f64 = 16.0;
 /// Share of a cell that the longest body of a row fills.
 const FILLED: f64 = 0.9;
 
-/// Light from the upper left, behind the viewer; x rightwards, y upwards, z to the viewer.
-const LIGHT: [f64; 3] = [-0.53, 0.57, 0.63];
-/// Brightness of a facet turned away from the light. In between it rises with the cosine, without a shadow, so
-/// that every facet stands out from its neighbours.
+/// Light from the upper left, behind the viewer. Axes run to the right, upwards and to the viewer.
+const LIGHT: DVec3 = DVec3::new(-0.53, 0.57, 0.63);
+/// Brightness of a facet turned away from the light. It rises with the cosine, without a shadow, so
+/// that every facet differs from its neighbours.
 const DARKEST: f64 = 0.15;
 const COLOUR: [f64; 3] = [244.0, 233.0, 212.0];
 
-/// The picture as SVG; every row has a scale, and a bar for it, of its own.
+/// The picture as SVG. Every row has its own scale and scale bar.
 pub fn bodies_svg(title: &str, rows: &[Row]) -> String {
     let others = rows.iter().map(|row| row.solids.len().saturating_sub(1)).max().unwrap_or(0);
     let columns = VIEWS.len() + others.min(MOST_OTHERS);
@@ -77,7 +83,7 @@ pub fn bodies_svg(title: &str, rows: &[Row]) -> String {
 }
 
 fn length_um(solid: &Solid) -> f64 {
-    let x = solid.vertices_um.iter().map(|v| v[0]);
+    let x = solid.vertices_um.iter().map(|v| v.x);
     x.clone().fold(f64::MIN, f64::max) - x.fold(f64::MAX, f64::min)
 }
 
@@ -88,63 +94,46 @@ fn labels(svg: &mut Svg, row: &Row, top: f64, scale: f64) {
         y += 17.0;
         svg.text((EDGE, y), Anchor::Start, 11.0, line);
     }
-    let bar_um = bar_um(0.4 * CELL / scale);
+    let bar_um = round_below(0.4 * CELL / scale);
     let (left, right, y) = (EDGE, EDGE + bar_um * scale, y + 20.0);
     svg.line(&[(left, y), (right, y)], "stroke='#1a1a1a' stroke-width='2'");
     let text = format!("{bar_um} µm");
     svg.text((right + 6.0, y + 4.0), Anchor::Start, 11.0, &text);
 }
 
-/// The longest of 1, 2 and 5 times a power of ten that is not above this.
-fn bar_um(most_um: f64) -> f64 {
-    let ten = 10f64.powf(most_um.log10().floor());
-    [5.0, 2.0].map(|times| times * ten).into_iter().find(|&um| um <= most_um).unwrap_or(ten)
-}
-
-/// The facets that face the viewer; of a convex body none of them hides another.
-fn draw(svg: &mut Svg, solid: &Solid, axes: [usize; 3], (x, y): Point, scale: f64) {
-    let seen = |corner: usize| axes.map(|axis| solid.vertices_um[corner][axis]);
-    // The view's middle is the middle of the outline, so that long bodies stay in their cells.
-    let [across, up] = [0, 1].map(|axis| {
-        let all = (0..solid.vertices_um.len()).map(|corner| seen(corner)[axis]);
-        f64::midpoint(all.clone().fold(f64::MIN, f64::max), all.fold(f64::MAX, f64::min))
-    });
+/// Draws the facets that face the viewer. Those of a convex body do not hide each other.
+fn draw(svg: &mut Svg, solid: &Solid, axes: [DVec3; 3], (x, y): Point, scale: f64) {
+    let turn = DMat3::from_cols(axes[0], axes[1], axes[2]).transpose();
+    let seen: Vec<DVec3> = solid.vertices_um.iter().map(|&vertex| turn * vertex).collect();
+    // The middle of the outline is the middle of the cell, so that long bodies stay in their cells.
+    let (min, max) = seen
+        .iter()
+        .fold((DVec3::MAX, DVec3::MIN), |(min, max), &corner| (min.min(corner), max.max(corner)));
+    let middle = min.midpoint(max);
     for facet in &solid.facets {
-        let normal = normal(&facet.iter().map(|&corner| seen(corner)).collect::<Vec<_>>());
-        if normal[2] <= 0.0 {
+        let corners: Vec<DVec3> = facet.iter().map(|&corner| seen[corner]).collect();
+        let normal = normal(&corners);
+        if normal.z <= 0.0 {
             continue;
         }
-        let lit: f64 = normal.iter().zip(LIGHT).map(|(n, l)| n * l).sum();
-        let light = DARKEST + (1.0 - DARKEST) * f64::midpoint(1.0, lit);
+        let light = DARKEST + (1.0 - DARKEST) * f64::midpoint(1.0, normal.dot(LIGHT));
         let [red, green, blue] = COLOUR.map(|channel| (channel * light).round() as u8);
-        let points: Vec<Point> = facet
-            .iter()
-            .map(|&corner| {
-                let [right, higher, _] = seen(corner);
-                (x + (right - across) * scale, y - (higher - up) * scale)
-            })
-            .collect();
-        let fill = format!("#{red:02x}{green:02x}{blue:02x}");
+        let place = |corner: &DVec3| {
+            let from_middle = scale * (corner - middle);
+            (x + from_middle.x, y - from_middle.y)
+        };
         let style = format!(
-            "fill='{fill}' stroke='#2b2118' stroke-opacity='0.55' stroke-width='0.5' \
-             stroke-linejoin='round'"
+            "fill='#{red:02x}{green:02x}{blue:02x}' stroke='#2b2118' stroke-opacity='0.55' \
+             stroke-width='0.5' stroke-linejoin='round'"
         );
-        svg.area(&points, &style);
+        svg.area(&corners.iter().map(place).collect::<Vec<_>>(), &style);
     }
 }
 
-/// Unit normal of a polygon, by Newell's sum over its sides.
-fn normal(corners: &[[f64; 3]]) -> [f64; 3] {
-    let mut sum = [0.0; 3];
-    for (i, a) in corners.iter().enumerate() {
-        let b = corners[(i + 1) % corners.len()];
-        for (axis, sum) in sum.iter_mut().enumerate() {
-            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-            *sum += (a[u] - b[u]) * (a[v] + b[v]);
-        }
-    }
-    let length = sum.iter().map(|x| x * x).sum::<f64>().sqrt();
-    sum.map(|x| x / length.max(f64::MIN_POSITIVE))
+/// Unit normal of a polygon.
+fn normal(corners: &[DVec3]) -> DVec3 {
+    let next = corners.iter().cycle().skip(1);
+    corners.iter().zip(next).map(|(a, b)| a.cross(*b)).sum::<DVec3>().normalize_or_zero()
 }
 
 #[cfg(test)]
@@ -153,7 +142,10 @@ mod tests {
 
     fn brick() -> Solid {
         let vertices_um = (0..8)
-            .map(|i| [(4, 3.0), (2, 2.0), (1, 1.0)].map(|(b, h)| if i & b > 0 { h } else { -h }))
+            .map(|i| {
+                let half = [(4, 3.0), (2, 2.0), (1, 1.0)];
+                DVec3::from(half.map(|(bit, half)| if i & bit > 0 { half } else { -half }))
+            })
             .collect();
         let facets = vec![
             vec![0, 1, 3, 2],
@@ -172,8 +164,7 @@ mod tests {
         for facet in &brick.facets {
             let corners: Vec<_> = facet.iter().map(|&corner| brick.vertices_um[corner]).collect();
             let normal = normal(&corners);
-            let outward: f64 = normal.iter().zip(corners[0]).map(|(n, c)| n * c).sum();
-            assert!(outward > 0.0, "{facet:?}: {normal:?}");
+            assert!(normal.dot(corners[0]) > 0.0, "{facet:?}: {normal:?}");
         }
     }
 
@@ -203,10 +194,5 @@ mod tests {
             assert!((size(side, |p| p.0) - wanted.0 * scale).abs() < 0.02, "{side:?}");
             assert!((size(side, |p| p.1) - wanted.1 * scale).abs() < 0.02, "{side:?}");
         }
-    }
-
-    #[test]
-    fn bars_are_round_numbers() {
-        assert_eq!([1.0, 4.9, 30.0, 99.0, 700.0].map(bar_um), [1.0, 2.0, 20.0, 50.0, 500.0]);
     }
 }

@@ -1,4 +1,4 @@
-//! Emissivity curves as charts take them.
+//! Emissivity curves of charts.
 
 use super::PlotError;
 use crate::signature::Band;
@@ -8,7 +8,7 @@ use crate::signature::Band;
 pub struct Curve {
     /// Its name in the legend.
     pub label: String,
-    /// Wavelengths, micrometres, ascending.
+    /// Wavelengths, um, ascending.
     pub wavelength_um: Vec<f64>,
     /// Emissivities, 0 to 1.
     pub emissivity: Vec<f64>,
@@ -27,41 +27,36 @@ impl Curve {
         }
     }
 
-    /// Whether the curve can be drawn.
+    /// Checks that the curve can be drawn.
     pub(super) fn check(&self) -> Result<(), PlotError> {
         let Curve { label, wavelength_um, emissivity, half_width } = self;
-        if wavelength_um.len() != emissivity.len() || wavelength_um.len() != half_width.len() {
-            return Err(PlotError::Lengths {
-                curve: label.clone(),
-                wavelengths: wavelength_um.len(),
-                emissivities: emissivity.len(),
-                half_widths: half_width.len(),
-            });
+        let wrong = |problem| Err(PlotError::Curve { label: label.clone(), problem });
+        if [emissivity.len(), half_width.len()] != [wavelength_um.len(); 2] {
+            return wrong(format!(
+                "it has {} wavelengths, {} emissivities and {} half-widths",
+                wavelength_um.len(),
+                emissivity.len(),
+                half_width.len()
+            ));
         }
-        // Written so that NaN fails every test.
-        let rule =
-            |quantity, values: &[f64], expected, good: &dyn Fn(usize, f64) -> bool| match values
-                .iter()
-                .enumerate()
-                .find(|&(i, &value)| !good(i, value))
-            {
-                None => Ok(()),
-                Some((i, &value)) => Err(PlotError::Value {
-                    curve: label.clone(),
-                    point: i + 1,
-                    quantity,
-                    value,
-                    expected,
-                }),
+        let mut before = 0.0;
+        for (i, &um) in wavelength_um.iter().enumerate() {
+            let (e, h) = (emissivity[i], half_width[i]);
+            // NaN fails every test. Rounding may carry an emissivity of 1 a little further.
+            let (what, value, rule) = if !(um > before && um.is_finite()) {
+                ("wavelength", um, "above 0 and above the one before it")
+            } else if !(-1e-9..=1.0 + 1e-9).contains(&e) {
+                ("emissivity", e, "from 0 to 1")
+            } else if !(h >= 0.0 && h.is_finite()) {
+                ("half-width", h, "0 or more")
+            } else {
+                before = um;
+                continue;
             };
-        rule("wavelength", wavelength_um, "above 0 and above the one before it", &|i, value| {
-            value.is_finite() && value > if i == 0 { 0.0 } else { wavelength_um[i - 1] }
-        })?;
-        // Rounding may carry an emissivity of 1 a little further.
-        rule("emissivity", emissivity, "from 0 to 1", &|_, value| {
-            (-1e-9..=1.0 + 1e-9).contains(&value)
-        })?;
-        rule("half-width", half_width, "0 or more", &|_, value| value.is_finite() && value >= 0.0)
+            let point = i + 1;
+            return wrong(format!("the {what} of point {point} is {value}, and must be {rule}"));
+        }
+        Ok(())
     }
 }
 
@@ -82,15 +77,18 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_drawn_is_an_error_that_names_the_place() {
+    fn a_curve_that_cannot_be_drawn_is_an_error_that_names_the_point() {
         assert_eq!(
             message(|c| c.emissivity[1] = f64::NAN),
-            "curve 'bare', point 2: the emissivity is NaN, and must be from 0 to 1"
+            "curve 'bare': the emissivity of point 2 is NaN, and must be from 0 to 1"
         );
-        assert!(message(|c| c.emissivity[0] = 1.2).contains("point 1: the emissivity is 1.2"));
-        assert!(message(|c| c.wavelength_um[2] = 8.5).contains("point 3: the wavelength is 8.5"));
-        assert!(message(|c| c.wavelength_um[0] = f64::INFINITY).contains("wavelength is inf"));
-        assert!(message(|c| c.half_width[2] = -0.1).contains("the half-width is -0.1"));
+        assert!(message(|c| c.emissivity[0] = 1.2).contains("emissivity of point 1 is 1.2"));
+        assert!(message(|c| c.wavelength_um[2] = 8.5).contains("wavelength of point 3 is 8.5"));
+        assert!(
+            message(|c| c.wavelength_um[0] = f64::INFINITY)
+                .contains("wavelength of point 1 is inf")
+        );
+        assert!(message(|c| c.half_width[2] = -0.1).contains("half-width of point 3 is -0.1"));
         assert!(message(|c| c.half_width.clear()).contains("0 half-widths"));
     }
 }

@@ -1,117 +1,76 @@
-//! Emissivity against wavelength, with its error band and the features of quartz.
+//! Emissivity against wavelength, with error bands and the features of quartz.
 
 use std::ops::RangeInclusive;
 
 use super::PlotError;
 use super::axis::{Axis, round_step};
 use super::curve::Curve;
-use super::label::{self, Area};
-use super::legend::{Legend, Pen};
-use super::svg::{Anchor, Point, Svg, text_width, wrapped};
+use super::label::Area;
+use super::legend::Pen;
+use super::page::{Layout, Page};
+use super::svg::{Anchor, Point, text_width};
 use crate::spectrum::features::{RESTSTRAHLEN_WINDOW_UM, TRANSPARENCY_WINDOW_UM, features};
 
-/// A chart of one curve or several.
+/// A chart of one curve or several. The features of quartz are marked: with their wavelengths on a
+/// single curve, with circles on several.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
-    /// Heading.
+    /// Title.
     pub title: String,
     /// Small lines under the axes: method, kind of noise, versions.
     pub caption: Vec<String>,
     /// The curves, in the order of the legend.
     pub curves: Vec<Curve>,
-    /// Whether the features of quartz are marked: with their wavelengths on a single curve, with
-    /// circles on several.
-    pub mark_features: bool,
-    /// Wavelengths that are hatched, from one to another, um: what is shown there is not to be trusted.
+    /// Ranges of wavelengths that are hatched because the result is not valid there, um.
     pub hatched_um: Vec<[f64; 2]>,
 }
 
-// Lengths in SVG units (CSS pixels): a plot 7.5 inches wide at 96 a inch.
-const WIDTH: f64 = 720.0;
-const LEFT: f64 = 66.0;
-const RIGHT: f64 = 700.0;
 const PLOT_HEIGHT: f64 = 350.0;
-const TITLE_SIZE: f64 = 16.0;
-const AXIS_SIZE: f64 = 14.0;
-const TICK_SIZE: f64 = 12.5;
-const MARK_SIZE: f64 = 11.5;
-const CAPTION_SIZE: f64 = 10.5;
+pub(super) const MARK_SIZE: f64 = 11.5;
 
-/// Draws the chart as SVG; the same chart gives the same bytes.
+/// Draws the chart as SVG. The same chart gives the same bytes.
 ///
 /// # Errors
 /// No curve or no point; columns of different length; numbers that are not finite, wavelengths
 /// that do not ascend, emissivities outside 0 to 1.
 pub fn emissivity_svg(chart: &Chart) -> Result<String, PlotError> {
     chart.curves.iter().try_for_each(Curve::check)?;
-    let points = |of: fn(&Curve) -> &[f64]| chart.curves.iter().flat_map(of).copied();
-    let wavelengths = span(points(|c| &c.wavelength_um)).ok_or(PlotError::Empty)?;
-
-    let title = wrapped(&chart.title, TITLE_SIZE, RIGHT - LEFT);
-    let caption: Vec<String> = key(chart)
-        .iter()
-        .chain(&chart.caption)
-        .flat_map(|line| wrapped(line, CAPTION_SIZE, RIGHT - LEFT))
-        .collect();
-    let labels = chart.curves.iter().map(|c| c.label.as_str());
-    let legend = Legend::new(labels, (LEFT, RIGHT));
-
-    let title_top = 12.0;
-    let legend_top = title_top + 21.0 * title.len() as f64 + 4.0;
-    let top = legend_top + legend.height() + 26.0;
-    let bottom = top + PLOT_HEIGHT;
-    let caption_top = bottom + 54.0;
-    let height = caption_top + 15.0 * caption.len() as f64 + 10.0;
-
-    let plot = Plot {
-        x: Axis::new(widened(wavelengths, 1e-3), (LEFT, RIGHT), 8.0),
-        y: Axis::new(emissivity_range(chart), (bottom, top), 8.0),
-        area: Area { left: LEFT, top, right: RIGHT, bottom },
-    };
-    let mut svg = Svg::new(WIDTH, height, &chart.title);
-    for (i, line) in title.iter().enumerate() {
-        svg.text((LEFT, title_top + 16.0 + 21.0 * i as f64), Anchor::Start, TITLE_SIZE, line);
-    }
-    legend.draw(&mut svg, legend_top, has_bands(chart));
-    for (name, window_um) in
-        [("Reststrahlen", RESTSTRAHLEN_WINDOW_UM), ("Transparency", TRANSPARENCY_WINDOW_UM)]
-    {
-        plot.draw_window(&mut svg, name, &window_um);
-    }
-    for &range_um in &chart.hatched_um {
-        plot.draw_hatching(&mut svg, range_um);
-    }
-    plot.draw_axes(&mut svg);
-    for (i, curve) in chart.curves.iter().enumerate() {
-        plot.draw_band(&mut svg, curve, &Pen::of(i));
-    }
-    for (i, curve) in chart.curves.iter().enumerate() {
-        plot.draw_curve(&mut svg, curve, &Pen::of(i));
-    }
-    if chart.mark_features {
-        for (i, curve) in chart.curves.iter().enumerate() {
-            plot.mark_features(&mut svg, curve, &Pen::of(i), chart.curves.len() == 1);
-        }
-    }
-    for (i, line) in caption.iter().enumerate() {
-        let at = (LEFT, caption_top + 10.0 + 15.0 * i as f64);
-        svg.styled_text(at, Anchor::Start, CAPTION_SIZE, line, "fill='#555555'");
-    }
-    Ok(svg.finish())
-}
-
-fn has_bands(chart: &Chart) -> bool {
-    chart.curves.iter().flat_map(|c| &c.half_width).any(|&h| h > 0.0)
-}
-
-/// What shading and circles mean, where there are any.
-fn key(chart: &Chart) -> Option<String> {
+    let wavelengths = span(chart.curves.iter().flat_map(|c| &c.wavelength_um).copied());
+    let wavelengths = wavelengths.ok_or(PlotError::Empty)?;
+    let bands = chart.curves.iter().flat_map(|c| &c.half_width).any(|&h| h > 0.0);
     let has_extrema = |c: &Curve| features(&c.wavelength_um, &c.emissivity).extrema().count() > 0;
-    let is_marked = chart.mark_features && chart.curves.iter().any(has_extrema);
-    let bands = has_bands(chart).then_some("Shaded bands: 95 % confidence.");
-    let circles = is_marked.then_some("Circles: extrema of quartz.");
-    let parts: Vec<&str> = bands.into_iter().chain(circles).collect();
-    (!parts.is_empty()).then(|| parts.join(" "))
+    let key = [
+        bands.then_some("Shaded bands: 95 % confidence."),
+        chart.curves.iter().any(has_extrema).then_some("Circles: extrema of quartz."),
+    ];
+    let key: Vec<&str> = key.into_iter().flatten().collect();
+    let caption: Vec<String> = [key.join(" ")].into_iter().chain(chart.caption.clone()).collect();
+    let page = Page::new(Layout {
+        title: &chart.title,
+        labels: chart.curves.iter().map(|c| c.label.as_str()).collect(),
+        bands,
+        plot_height: PLOT_HEIGHT,
+        above: 26.0,
+        caption: &caption,
+    });
+    let Area { left, top, right, bottom } = page.area;
+    let mut plot = Plot {
+        x: Axis::linear(widened(wavelengths, 1e-3), (left, right), 8.0),
+        y: Axis::linear(emissivity_range(chart), (bottom, top), 8.0),
+        page,
+    };
+    plot.draw_window("Reststrahlen", &RESTSTRAHLEN_WINDOW_UM);
+    plot.draw_window("Transparency", &TRANSPARENCY_WINDOW_UM);
+    for &range_um in &chart.hatched_um {
+        plot.draw_hatching(range_um);
+    }
+    plot.page.axes(&plot.x, &plot.y, ["Wavelength (µm)", "Emissivity"]);
+    let pens: Vec<Pen> = (0..chart.curves.len()).map(Pen::of).collect();
+    let curves = || chart.curves.iter().zip(&pens);
+    curves().for_each(|(curve, pen)| plot.draw_band(curve, pen));
+    curves().for_each(|(curve, pen)| plot.draw_curve(curve, pen));
+    curves().for_each(|(curve, pen)| plot.mark_features(curve, pen, pens.len() == 1));
+    Ok(plot.page.svg.finish())
 }
 
 fn span(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
@@ -121,111 +80,82 @@ fn span(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     })
 }
 
-/// The span, made `least` wide if it is less.
+/// The span, made at least `least` wide.
 fn widened((low, high): (f64, f64), least: f64) -> (f64, f64) {
     let more = (0.5 * (least - (high - low))).max(0.0);
     (low - more, high + more)
 }
 
-/// The ends of the emissivity axis: the data with some air, at round values, within 0 to 1.
+/// The ends of the emissivity axis: the data with a margin, at round values, within 0 to 1.
 fn emissivity_range(chart: &Chart) -> (f64, f64) {
     let ends = chart
         .curves
         .iter()
         .flat_map(|c| c.emissivity.iter().zip(&c.half_width).flat_map(|(e, h)| [e - h, e + h]));
     let (low, high) = widened(span(ends).unwrap_or((0.0, 1.0)), 0.02);
-    let air = if chart.mark_features { 0.1 } else { 0.05 } * (high - low);
-    let (low, high) = ((low - air).max(0.0), (high + air).min(1.0));
+    let margin = 0.1 * (high - low);
+    let (low, high) = ((low - margin).max(0.0), (high + margin).min(1.0));
     let step = 0.5 * round_step(high - low, 8.0);
     ((low / step).floor() * step, ((high / step).ceil() * step).min(1.0))
 }
 
-/// The axes and what is drawn between them.
-struct Plot {
+/// The chart's page and scales.
+pub(super) struct Plot {
+    pub page: Page,
     x: Axis,
     y: Axis,
-    area: Area,
 }
 
 impl Plot {
-    fn place(&self, wavelength_um: f64, emissivity: f64) -> Point {
+    pub(super) fn place(&self, wavelength_um: f64, emissivity: f64) -> Point {
         (self.x.place(wavelength_um), self.y.place(emissivity.clamp(0.0, 1.0)))
     }
 
-    fn points(&self, curve: &Curve) -> Vec<Point> {
+    pub(super) fn points(&self, curve: &Curve) -> Vec<Point> {
         curve.wavelength_um.iter().zip(&curve.emissivity).map(|(&w, &e)| self.place(w, e)).collect()
     }
 
-    /// Shades a window and names it above the plot, in as many words as there is width for.
-    fn draw_window(&self, svg: &mut Svg, name: &str, window_um: &RangeInclusive<f64>) {
-        let Area { left, top, right, bottom } = self.area;
+    /// Shades a window and names it above the plot, with as many words as fit.
+    fn draw_window(&mut self, name: &str, window_um: &RangeInclusive<f64>) {
+        let Area { left, top, right, bottom } = self.page.area;
         let (start, end) = (*window_um.start(), *window_um.end());
         let [from, to] = [start, end].map(|w| self.x.place(w).clamp(left, right));
         if to - from < 1.0 {
             return;
         }
+        let svg = &mut self.page.svg;
         svg.rectangle((from, top), (to - from, bottom - top), "fill='#f1f3f5'");
         let bracket = [(from, top - 4.0), (from, top - 8.0), (to, top - 8.0), (to, top - 4.0)];
         svg.line(&bracket, "stroke='#7a7a7a' stroke-width='0.8'");
         let short = format!("{start}–{end} µm");
         let names = [format!("{name}, {short}"), short];
         if let Some(text) = names.iter().find(|text| text_width(text, MARK_SIZE) < to - from) {
-            let at = (0.5 * (from + to), top - 13.0);
+            let at = (f64::midpoint(from, to), top - 13.0);
             svg.styled_text(at, Anchor::Middle, MARK_SIZE, text, "fill='#555555'");
         }
     }
 
     /// Slanted lines over a range of wavelengths.
-    fn draw_hatching(&self, svg: &mut Svg, range_um: [f64; 2]) {
+    fn draw_hatching(&mut self, range_um: [f64; 2]) {
         const DISTANCE: f64 = 7.0;
-        let Area { left, top, right, bottom } = self.area;
+        let Area { left, top, right, bottom } = self.page.area;
         let [from, to] = range_um.map(|w| self.x.place(w).clamp(left, right));
         let (from, to) = widened((from, to), 1.0);
         let style = "stroke='#8a6d3b' stroke-width='0.7' stroke-opacity='0.55'";
         let height = bottom - top;
-        // Each line rises by as much as it goes to the right; those of all ranges lie on one lattice.
+        // Lines rise at 45 degrees. Those of all ranges lie on one lattice.
         let mut foot = ((from - height) / DISTANCE).ceil() * DISTANCE;
         while foot < to {
             let [start, end] = [from.max(foot), to.min(foot + height)];
             if start < end {
-                svg.line(&[(start, bottom - (start - foot)), (end, bottom - (end - foot))], style);
+                let line = [start, end].map(|x| (x, bottom - (x - foot)));
+                self.page.svg.line(&line, style);
             }
             foot += DISTANCE;
         }
     }
 
-    fn draw_axes(&self, svg: &mut Svg) {
-        let Area { left, top, right, bottom } = self.area;
-        let grid = "stroke='#d9dcdf' stroke-width='0.6'";
-        let tick = "stroke='#1a1a1a' stroke-width='0.9'";
-        for (value, label) in self.x.ticks() {
-            let x = self.x.place(value);
-            svg.line(&[(x, top), (x, bottom)], grid);
-            svg.line(&[(x, bottom), (x, bottom + 6.0)], tick);
-            svg.text((x, bottom + 20.0), Anchor::Middle, TICK_SIZE, &label);
-        }
-        for value in self.x.small_ticks() {
-            let x = self.x.place(value);
-            svg.line(&[(x, bottom), (x, bottom + 3.0)], tick);
-        }
-        for (value, label) in self.y.ticks() {
-            let y = self.y.place(value);
-            svg.line(&[(left, y), (right, y)], grid);
-            svg.line(&[(left - 6.0, y), (left, y)], tick);
-            svg.text((left - 9.0, y + 4.3), Anchor::End, TICK_SIZE, &label);
-        }
-        for value in self.y.small_ticks() {
-            let y = self.y.place(value);
-            svg.line(&[(left - 3.0, y), (left, y)], tick);
-        }
-        let frame = "fill='none' stroke='#1a1a1a' stroke-width='0.9'";
-        svg.rectangle((left, top), (right - left, bottom - top), frame);
-        let middle = (0.5 * (left + right), 0.5 * (top + bottom));
-        svg.text((middle.0, bottom + 41.0), Anchor::Middle, AXIS_SIZE, "Wavelength (µm)");
-        svg.upright_text((18.0, middle.1), AXIS_SIZE, "Emissivity");
-    }
-
-    fn draw_band(&self, svg: &mut Svg, curve: &Curve, pen: &Pen) {
+    fn draw_band(&mut self, curve: &Curve, pen: &Pen) {
         if curve.half_width.iter().all(|&h| h == 0.0) {
             return;
         }
@@ -234,71 +164,29 @@ impl Plot {
             curve.wavelength_um.iter().zip(ends).map(|(&w, e)| self.place(w, e)).collect()
         };
         let (mut outline, lower) = (side(1.0), side(-1.0));
-        if let ([high], [low]) = (&outline[..], &lower[..]) {
-            // A band without length is an error bar.
-            svg.line(&[*low, *high], &pen.line());
+        if outline.len() == 1 {
+            // The band of a single point is an error bar.
+            self.page.svg.line(&[lower[0], outline[0]], &pen.line());
         } else {
             outline.extend(lower.into_iter().rev());
-            svg.area(&outline, &pen.band());
+            self.page.svg.area(&outline, &pen.band());
         }
     }
 
-    fn draw_curve(&self, svg: &mut Svg, curve: &Curve, pen: &Pen) {
+    fn draw_curve(&mut self, curve: &Curve, pen: &Pen) {
         let points = self.points(curve);
         if let [point] = points[..] {
-            svg.circle(point, 3.0, &format!("fill='{}'", pen.colour));
+            self.page.svg.circle(point, 3.0, &format!("fill='{}'", pen.colour));
         } else {
-            svg.line(&points, &pen.line());
+            self.page.svg.line(&points, &pen.line());
         }
     }
-
-    fn mark_features(&self, svg: &mut Svg, curve: &Curve, pen: &Pen, name_them: bool) {
-        let found = features(&curve.wavelength_um, &curve.emissivity);
-        let circle = format!("fill='#ffffff' stroke='{}' stroke-width='1.3'", pen.colour);
-        for extremum in found.extrema() {
-            svg.circle(self.place(extremum.wavelength_um, extremum.emissivity), 2.6, &circle);
-        }
-        if !name_them {
-            return;
-        }
-        let points = self.points(curve);
-        let mut taken = Vec::new();
-        for extremum in found.extrema() {
-            let is_christiansen = Some(extremum) == found.christiansen;
-            let is_peak = [found.reststrahlen, found.doublet_12_um]
-                .iter()
-                .any(|doublet| doublet.is_some_and(|d| d.peak == extremum));
-            let name = if is_christiansen { "Christiansen " } else { "" };
-            let text = format!("{name}{:.2} µm", extremum.wavelength_um);
-            let at = self.place(extremum.wavelength_um, extremum.emissivity);
-            let size = (text_width(&text, MARK_SIZE), MARK_SIZE);
-            let above = is_christiansen || is_peak;
-            // On a plot too crowded for it, the circle stands without its wavelength.
-            let Some(area) = label::place(at, size, above, &self.area, &points, &taken) else {
-                continue;
-            };
-            draw_mark(svg, at, &area, &text);
-            taken.push(area);
-        }
-    }
-}
-
-/// A label in its place, with a line to its point where the eye needs one.
-fn draw_mark(svg: &mut Svg, point: Point, area: &Area, text: &str) {
-    let (x, y) = area.nearest(point);
-    let (dx, dy) = (x - point.0, y - point.1);
-    let distance = dx.hypot(dy);
-    if distance > 9.0 {
-        let at = |d: f64| (point.0 + dx * d / distance, point.1 + dy * d / distance);
-        svg.line(&[at(4.0), at(distance - 1.5)], "stroke='#7a7a7a' stroke-width='0.7'");
-    }
-    let baseline = (0.5 * (area.left + area.right), area.bottom - 0.18 * MARK_SIZE);
-    svg.text(baseline, Anchor::Middle, MARK_SIZE, text);
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::draw::plot::page::{LEFT, RIGHT};
 
     fn curve(label: &str, wavelength_um: Vec<f64>, emissivity: impl Fn(f64) -> f64) -> Curve {
         Curve {
@@ -311,13 +199,7 @@ mod tests {
 
     fn chart(curves: Vec<Curve>) -> Chart {
         let caption = vec!["ray noise only".to_owned()];
-        Chart {
-            title: "Quartz".to_owned(),
-            caption,
-            curves,
-            mark_features: true,
-            hatched_um: vec![],
-        }
+        Chart { title: "Quartz".to_owned(), caption, curves, hatched_um: vec![] }
     }
 
     fn grid() -> Vec<f64> {
@@ -383,7 +265,7 @@ mod tests {
                 let (x, _) = place.split_once(',').unwrap();
                 assert!((LEFT - 6.0..=RIGHT).contains(&x.parse().unwrap()), "{name}: {place}");
             }
-            super::super::png(&svg, 0.5).unwrap();
+            crate::draw::plot::png(&svg, 0.5).unwrap();
         }
     }
 

@@ -1,8 +1,8 @@
-//! Places for labels beside a curve: near their point, clear of the curve and of each other.
+//! Places of labels: near their point, clear of the curve and of other labels.
 
 use super::svg::Point;
 
-/// Between a label and what it must not touch.
+/// Distance from a label to what it must not touch.
 const MARGIN: f64 = 3.0;
 
 /// A rectangle of the page.
@@ -39,16 +39,13 @@ impl Area {
         (x.clamp(self.left, self.right), y.clamp(self.top, self.bottom))
     }
 
-    /// Whether a curve, given by points with ascending x, comes into the rectangle. It takes
-    /// every y between its lowest and highest here, so these two decide.
+    /// Whether a curve of points with ascending x enters the rectangle. Its extreme y decide, since
+    /// it takes all values between them.
     fn meets(&self, curve: &[Point]) -> bool {
         let (left, right) = (self.left - MARGIN, self.right + MARGIN);
         let (mut top, mut bottom) = (f64::INFINITY, f64::NEG_INFINITY);
-        for pair in curve.windows(2) {
-            let [(x0, y0), (x1, y1)] = [pair[0], pair[1]];
-            if x1 < left || x0 > right {
-                continue;
-            }
+        let pairs = curve.windows(2).map(|pair| (pair[0], pair[1]));
+        for ((x0, y0), (x1, y1)) in pairs.filter(|((x0, _), (x1, _))| *x1 >= left && *x0 <= right) {
             for x in [x0.max(left), x1.min(right)] {
                 let y = if x1 > x0 { y0 + (y1 - y0) * (x - x0) / (x1 - x0) } else { y1 };
                 (top, bottom) = (top.min(y), bottom.max(y));
@@ -58,8 +55,8 @@ impl Area {
     }
 }
 
-/// Finds the place for a label of `size` near `point`, inside `page`; `above` is preferred for
-/// maxima. None if there is no place near.
+/// Finds a place for a label near `point`, inside `page`, preferably above or below the point. `None`
+/// if no place near is free.
 pub(crate) fn place(
     point: Point,
     size: Point,
@@ -68,9 +65,9 @@ pub(crate) fn place(
     curve: &[Point],
     taken: &[Area],
 ) -> Option<Area> {
-    let mut best: Option<(f64, Area)> = None;
     let side = if above { -1.0 } else { 1.0 };
-    for (column, row) in (-8..=8).flat_map(|c| (-20..=20).map(move |r| (c, r))) {
+    let places = (-8..=8).flat_map(|column| (-20..=20).map(move |row| (column, row)));
+    let candidates = places.filter_map(|(column, row)| {
         let (dx, dy) = (0.18 * size.0 * f64::from(column), 5.0 * f64::from(row));
         let area = Area::around((point.0 + dx, point.1 + dy), size);
         let (x, y) = area.nearest(point);
@@ -81,11 +78,9 @@ pub(crate) fn place(
             && page.holds(&area)
             && !taken.iter().any(|other| area.touches(other))
             && !area.meets(curve);
-        if clear && best.is_none_or(|(least, _)| cost < least) {
-            best = Some((cost, area));
-        }
-    }
-    best.map(|(_, area)| area)
+        clear.then_some((cost, area))
+    });
+    candidates.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, area)| area)
 }
 
 #[cfg(test)]
@@ -111,16 +106,12 @@ mod tests {
     }
 
     #[test]
-    fn the_preferred_side_is_taken_when_free() {
+    fn the_preferred_side_is_taken_when_free_and_a_full_page_has_no_place() {
         let flat = [(0.0, 150.0), (400.0, 150.0)];
         for above in [true, false] {
             let area = place((200.0, 150.0), (50.0, 12.0), above, &PAGE, &flat, &[]).unwrap();
             assert_eq!(area.bottom < 150.0, above);
         }
-    }
-
-    #[test]
-    fn a_full_page_has_no_place() {
         assert_eq!(place((200.0, 150.0), (50.0, 12.0), true, &PAGE, &[], &[PAGE]), None);
     }
 }

@@ -1,4 +1,4 @@
-//! SVG to PNG with the carried font.
+//! SVG to PNG with the contained font.
 
 use std::sync::{Arc, LazyLock};
 
@@ -7,10 +7,10 @@ use resvg::usvg::{FontResolver, Options, Tree, fontdb};
 
 use super::PlotError;
 
-/// Beyond this a picture would take gigabytes.
+/// Most pixels of a side. A larger picture would take gigabytes.
 const MOST_PIXELS: f32 = 16_384.0;
 
-/// One face only, chosen whatever the text asks for: no font of the machine can change a picture.
+/// The only font, whatever the text asks for: fonts of the machine cannot change a picture.
 static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
     let mut fonts = fontdb::Database::new();
     let face: Arc<&'static [u8]> = Arc::new(epaint_default_fonts::UBUNTU_LIGHT);
@@ -21,12 +21,16 @@ static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
 /// Renders SVG text as a PNG of `pixels_per_unit` pixels for every unit of the SVG.
 ///
 /// # Errors
-/// The text is no SVG, or the picture would be empty or larger than 16384 pixels a side.
+/// The text is not SVG, or the picture would be empty or a side longer than 16384 pixels.
 pub fn png(svg: &str, pixels_per_unit: f32) -> Result<Vec<u8>, PlotError> {
-    pack(&pixels(svg, pixels_per_unit, Color::WHITE)?)
+    // On white nothing is transparent.
+    let pixels = pixels(svg, pixels_per_unit, Color::WHITE)?;
+    let rgb: Vec<u8> =
+        pixels.pixels().iter().flat_map(|p| [p.red(), p.green(), p.blue()]).collect();
+    Ok(pack([pixels.width(), pixels.height()], &rgb, None))
 }
 
-/// Renders SVG text, a pixel for every unit, over nothing.
+/// Renders SVG text on a transparent ground, a pixel for every unit.
 pub(crate) fn layer(svg: &str) -> Result<Pixmap, PlotError> {
     pixels(svg, 1.0, Color::TRANSPARENT)
 }
@@ -44,7 +48,7 @@ fn pixels(svg: &str, pixels_per_unit: f32, background: Color) -> Result<Pixmap, 
     let [width, height] =
         [tree.size().width(), tree.size().height()].map(|units| (units * pixels_per_unit).ceil());
     let size_error = PlotError::Size { width, height, most: MOST_PIXELS };
-    // Written so that NaN fails too.
+    // NaN fails, too.
     if ![width, height].iter().all(|side| (1.0..=MOST_PIXELS).contains(side)) {
         return Err(size_error);
     }
@@ -58,17 +62,23 @@ fn pixels(svg: &str, pixels_per_unit: f32, background: Color) -> Result<Pixmap, 
     Ok(pixels)
 }
 
-/// The pixels as RGB: on white nothing is transparent.
-fn pack(pixels: &Pixmap) -> Result<Vec<u8>, PlotError> {
-    let mut bytes = Vec::new();
-    let mut encoder = ::png::Encoder::new(&mut bytes, pixels.width(), pixels.height());
+/// Packs RGB as PNG, with the size of a pixel in it, if there is one.
+pub(crate) fn pack([width, height]: [u32; 2], rgb: &[u8], pixel_um: Option<f64>) -> Vec<u8> {
+    let mut file = Vec::new();
+    let mut encoder = ::png::Encoder::new(&mut file, width, height);
     encoder.set_color(::png::ColorType::Rgb);
-    let rgb: Vec<u8> =
-        pixels.pixels().iter().flat_map(|p| [p.red(), p.green(), p.blue()]).collect();
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(&rgb)?;
-    writer.finish()?;
-    Ok(bytes)
+    // Pictures of few colours are smaller without a filter.
+    encoder.set_deflate_compression(::png::DeflateCompression::Level(3));
+    encoder.set_filter(::png::Filter::NoFilter);
+    let pixels_per_metre = pixel_um.map(|um| (1e6 / um) as u32);
+    encoder.set_pixel_dims(pixels_per_metre.map(|per_metre| ::png::PixelDimensions {
+        xppu: per_metre,
+        yppu: per_metre,
+        unit: ::png::Unit::Meter,
+    }));
+    let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(rgb));
+    written.expect("writing to memory does not fail");
+    file
 }
 
 #[cfg(test)]

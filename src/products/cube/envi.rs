@@ -1,133 +1,66 @@
-//! ENVI images: the numbers band by band in a .img file, what they mean in the .hdr beside it.
+//! ENVI images: a data file of numbers, its .hdr file beside it.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::Cube;
-use crate::spectrum::format::Unit;
-use crate::support::envi::{EnviError, Header, pair};
-use crate::support::output::{self, OutputError};
+use super::{Cube, CubeError};
+use crate::spectrum::format::envi::bands_um;
+use crate::support::envi::{self, Contents, Header, Kind};
+use crate::support::output::OutputError;
 
-/// Endings of the data that a header may stand beside.
+/// Endings that data files may have.
 const ENDINGS: [&str; 6] = ["img", "bsq", "bil", "bip", "dat", "raw"];
 
-/// The header of an image as soilsig writes them: band by band in single precision.
-#[derive(Debug, Clone)]
-pub struct ImageHeader<'a> {
-    /// What the numbers are, and their unit.
-    pub quantity: &'a str,
-    /// Lines.
-    pub lines: usize,
-    /// Pixels of a line.
-    pub samples: usize,
-    /// Wavelengths, um; none where the bands are no spectrum.
-    pub wavelengths_um: &'a [f64],
-    /// Names of the bands; none where their wavelengths tell them.
-    pub band_names: &'a [String],
-}
-
-impl ImageHeader<'_> {
-    /// The text of the .hdr file.
-    pub fn text(&self) -> String {
-        let list = |items: Vec<String>| items.join(", ");
-        let mut text = format!(
-            "ENVI\ndescription = {{soilsig: {}}}\nsamples = {}\nlines = {}\nbands = {}\n\
-             header offset = 0\nfile type = ENVI Standard\ndata type = 4\ninterleave = bsq\nbyte order = 0\n",
-            self.quantity,
-            self.samples,
-            self.lines,
-            self.wavelengths_um.len().max(self.band_names.len()),
-        );
-        if !self.band_names.is_empty() {
-            // What separates names in a header cannot stand in one.
-            let names = self.band_names.iter().map(|name| name.replace(['{', '}', ','], " "));
-            let _ = writeln!(text, "band names = {{{}}}", list(names.collect()));
-        }
-        if !self.wavelengths_um.is_empty() {
-            let _ = writeln!(
-                text,
-                "wavelength units = Micrometers\nz plot titles = {{Wavelength (um), {}}}\n\
-                 wavelength = {{{}}}",
-                self.quantity.replace(',', " "),
-                list(self.wavelengths_um.iter().map(ToString::to_string).collect()),
-            );
-        }
-        text
-    }
-}
-
 impl Cube {
-    /// The data and the header of an image that is named by either.
+    /// Data and header of an image that is named by either.
     pub fn files(path: &Path) -> [PathBuf; 2] {
-        pair(path, &ENDINGS).into()
+        envi::pair(path, &ENDINGS)
     }
 
-    /// Reads an ENVI image of single or double precision in any interleave; `path` is the data or its .hdr. Bands that the
-    /// header calls bad and numbers to be ignored are not known.
+    /// Reads an ENVI image of single or double precision in any interleave. `path` is the data or
+    /// its .hdr. Bad bands and numbers to ignore become NaN.
     ///
     /// # Errors
-    /// A file that cannot be read, a header that does not fit the data or gives no wavelengths.
-    pub fn read(path: &Path) -> Result<Self, EnviError> {
-        let (data, header_path) = pair(path, &ENDINGS);
-        let header = Header::read(&header_path)?;
-        let wrong = |problem: String| header.wrong(problem);
-        if let Some(kind) = header.get("file type")
-            && kind.to_lowercase().contains("spectral library")
-        {
-            return Err(wrong("this is a spectral library, and an image is wanted".into()));
+    /// A file cannot be read, or the header does not fit the data or has no wavelengths.
+    pub fn read(path: &Path) -> Result<Self, CubeError> {
+        let header = Header::read(path, &ENDINGS)?;
+        let wrong = |problem: String| CubeError::from(header.wrong(problem));
+        let file_type = header.get("file type").unwrap_or_default().to_lowercase();
+        if file_type.contains("spectral library") {
+            return Err(wrong("this is a spectral library, not an image".into()));
         }
         for key in ["data gain values", "data offset values"] {
             if header.get(key).is_some() {
-                return Err(wrong(format!("{key} are not applied: bring the numbers themselves")));
+                return Err(wrong(format!("{key} are not supported: apply them before")));
             }
         }
         let count = |key| header.count(key, None);
         let (lines, samples, bands) = (count("lines")?, count("samples")?, count("bands")?);
-        let float = header.float()?;
-        let bytes = header.data(&data, [lines, samples, bands])?;
-        let units = header.get("wavelength units").unwrap_or_default();
-        let unit = Unit::named(units)
-            .ok_or_else(|| wrong(format!("wavelength units {units:?} are not known")))?;
-        let wavelengths = header.numbers("wavelength")?;
-        let is_good = match header.get("bbl") {
-            None => vec![1.0; bands],
-            Some(_) => header.numbers("bbl")?,
+        let numbers = header.data([lines, samples, bands])?;
+        let bands_um = bands_um(&header, bands)?;
+        // Steps in the file from one band, line and sample to the next.
+        let steps = match header.get("interleave").unwrap_or("bsq").to_lowercase().as_str() {
+            "bsq" => [lines * samples, samples, 1],
+            "bil" => [samples, bands * samples, 1],
+            "bip" => [1, samples * bands, bands],
+            other => return Err(wrong(format!("interleave {other} is not bsq, bil or bip"))),
         };
-        if wavelengths.len() != bands || is_good.len() != bands {
-            return Err(wrong(format!(
-                "there must be {bands} wavelengths (and entries of bbl, if any)"
-            )));
+        let mut good_um: Vec<f64> =
+            bands_um.iter().filter(|(_, is_good)| *is_good).map(|(um, _)| *um).collect();
+        good_um.sort_by(f64::total_cmp);
+        if let Some(um) = good_um.iter().find(|um| !(um.is_finite() && **um > 0.0)) {
+            return Err(wrong(format!("{um} um is not a valid wavelength")));
         }
-        let ignored =
-            header.numbers("data ignore value")?.first().map(|&value| float.rounded(value));
-        let scale = header.numbers("reflectance scale factor")?.first().copied().unwrap_or(1.0);
-        // From what is next to each other in the file to band, line and sample.
-        let place: fn([usize; 3], [usize; 3]) -> usize =
-            match header.get("interleave").unwrap_or("bsq").to_lowercase().as_str() {
-                "bsq" => |[lines, samples, _], [b, l, s]| (b * lines + l) * samples + s,
-                "bil" => |[_, samples, bands], [b, l, s]| (l * bands + b) * samples + s,
-                "bip" => |[_, samples, bands], [b, l, s]| (l * samples + s) * bands + b,
-                other => return Err(wrong(format!("interleave {other} is not bsq, bil or bip"))),
-            };
-        let wavelengths_um: Vec<f64> = wavelengths.iter().map(|&value| unit.um(value)).collect();
-        let good = wavelengths_um.iter().zip(&is_good).filter(|(_, good)| **good != 0.0);
-        let mut ascending: Vec<f64> = good.map(|(um, _)| *um).collect();
-        ascending.sort_by(f64::total_cmp);
-        if let Some(um) = ascending.iter().find(|um| !(um.is_finite() && **um > 0.0)) {
-            return Err(wrong(format!("a wavelength of {um} um is none")));
+        if let Some([um, _]) = good_um.windows(2).find(|pair| pair[0] == pair[1]) {
+            return Err(wrong(format!("two bands are at {um} um: leave out one of them")));
         }
-        if let Some([um, _]) = ascending.windows(2).find(|pair| pair[0] == pair[1]) {
-            return Err(wrong(format!("two bands are at {um} um: leave one of them out")));
-        }
-        let mut cube = Self::new(lines, samples, wavelengths_um);
-        for (band, _) in is_good.iter().enumerate().filter(|(_, good)| **good != 0.0) {
+        let mut cube = Self::new(lines, samples, bands_um.iter().map(|(um, _)| *um).collect());
+        for (band, _) in bands_um.iter().enumerate().filter(|(_, (_, is_good))| *is_good) {
             for line in 0..lines {
                 for sample in 0..samples {
-                    let at = place([lines, samples, bands], [band, line, sample]) * float.size();
-                    let value = float.read(&bytes[at..at + float.size()]);
-                    if ignored != Some(value) {
+                    let from = band * steps[0] + line * steps[1] + sample * steps[2];
+                    if let Some(value) = numbers.get(from) {
                         let to = cube.place(band, line, sample);
-                        cube.data[to] = (value / scale) as f32;
+                        cube.data[to] = (value / numbers.scale) as f32;
                     }
                 }
             }
@@ -135,19 +68,18 @@ impl Cube {
         Ok(cube)
     }
 
-    /// Writes the cube as ENVI image, band by band in single precision: the data first, to a path that should end
-    /// in .img, then the .hdr beside it. `quantity` is what the numbers are, and their unit.
+    /// Writes an ENVI image, band by band in single precision: the data to `path`, which should end
+    /// in .img, then the .hdr beside it. `quantity` names the numbers and their unit.
     pub fn write(&self, path: &Path, quantity: &str) -> Result<(), OutputError> {
         let data: Vec<u8> = self.data.iter().flat_map(|value| value.to_le_bytes()).collect();
-        let header = ImageHeader {
+        let contents = Contents {
+            kind: Kind::Image,
             quantity,
-            lines: self.lines,
-            samples: self.samples,
+            size: [self.samples, self.lines, self.wavelengths_um.len()],
+            names: &[],
             wavelengths_um: &self.wavelengths_um,
-            band_names: &[],
         };
-        output::bytes(path, &data)?;
-        output::bytes(&path.with_extension("hdr"), header.text().as_bytes())
+        envi::write(path, &contents, &data)
     }
 }
 
@@ -167,17 +99,28 @@ mod tests {
         cube
     }
 
+    /// A written image and its header's text.
+    fn written(cube: &Cube) -> (tempfile::TempDir, PathBuf, String) {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("image.img");
+        cube.write(&path, "radiance, W m-2 sr-1 um-1").expect("written");
+        let header = std::fs::read_to_string(path.with_extension("hdr")).expect("a header");
+        (folder, path, header)
+    }
+
+    fn read(path: &Path, header: &str) -> Result<Cube, CubeError> {
+        std::fs::write(path.with_extension("hdr"), header).expect("written");
+        Cube::read(path)
+    }
+
     #[test]
     fn a_cube_reads_back_to_the_last_bit_by_its_data_or_its_header() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let path = folder.path().join("radiance.img");
         let mut cube = cube();
         cube.data[5] = f32::MIN_POSITIVE;
-        cube.write(&path, "radiance, W m-2 sr-1 um-1").expect("written");
+        let (_folder, path, header) = written(&cube);
         for named in [path.clone(), path.with_extension("hdr")] {
             assert_eq!(Cube::read(&named).expect("an image"), cube);
         }
-        let header = std::fs::read_to_string(path.with_extension("hdr")).expect("a header");
         assert!(header.contains("\nwavelength units = Micrometers\n"));
     }
 
@@ -210,62 +153,49 @@ mod tests {
                 let path = folder.path().join("theirs.dat");
                 std::fs::write(&path, data).expect("written");
                 let header = format!(
-                    "ENVI\nsamples = 3\nlines = 2\nbands = 4\nheader offset = 3\ndata type = {data_type}\n\
-                     interleave = {interleave}\nbyte order = {byte_order}\nwavelength units = Nanometers\n\
+                    "ENVI\nsamples = 3\nlines = 2\nbands = 4\nheader offset = 3\n\
+                     data type = {data_type}\ninterleave = {interleave}\n\
+                     byte order = {byte_order}\nwavelength units = Nanometers\n\
                      wavelength = {{ 8250,\n 9500, 10000, 11750 }}\n"
                 );
-                std::fs::write(folder.path().join("theirs.hdr"), header).expect("written");
-                assert_eq!(Cube::read(&path).expect("an image"), cube, "{interleave} {data_type}");
+                let read = read(&path, &header).expect("an image");
+                assert_eq!(read, cube, "{interleave} {data_type}");
             }
         }
     }
 
     #[test]
     fn bad_bands_and_ignored_numbers_are_not_known() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let path = folder.path().join("image.img");
-        cube().write(&path, "radiance").expect("written");
-        let header_path = path.with_extension("hdr");
-        let mut header = std::fs::read_to_string(&header_path).expect("a header");
-        header += "bbl = {1, 0, 1, 1}\ndata ignore value = 112\n";
-        std::fs::write(&header_path, header).expect("written");
-        let read = Cube::read(&path).expect("an image");
+        let (_folder, path, header) = written(&cube());
+        let read = read(&path, &(header + "bbl = {1, 0, 1, 1}\ndata ignore value = 112\n"));
+        let read = read.expect("an image");
         assert!(read.band(1).iter().all(|value| value.is_nan()));
         assert!(read.spectrum(1, 1)[2].is_nan());
         assert_eq!(read.data.iter().filter(|value| value.is_nan()).count(), 7);
     }
 
-    /// Of a number that singles do not hold, what the file has is the nearest that they do.
+    /// The file holds the nearest number in single precision.
     #[test]
     fn a_number_to_be_ignored_is_known_as_the_file_holds_it() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let path = folder.path().join("image.img");
         let mut cube = cube();
         cube.data[3] = -9999.9;
-        cube.write(&path, "radiance").expect("written");
-        let header_path = path.with_extension("hdr");
-        let header = std::fs::read_to_string(&header_path).expect("a header");
-        std::fs::write(&header_path, header.clone() + "data ignore value = -9999.9\n")
-            .expect("written");
-        let read = Cube::read(&path).expect("an image");
-        assert!(read.data[3].is_nan());
-        assert_eq!(read.data.iter().filter(|value| value.is_nan()).count(), 1);
+        let (_folder, path, header) = written(&cube);
+        let ignoring = read(&path, &(header.clone() + "data ignore value = -9999.9\n"));
+        let ignoring = ignoring.expect("an image");
+        assert!(ignoring.data[3].is_nan());
+        assert_eq!(ignoring.data.iter().filter(|value| value.is_nan()).count(), 1);
         // Bad bands need no wavelength.
-        let bad = header.replace("9.5", "0") + "bbl = {1, 0, 1, 1}\n";
-        std::fs::write(&header_path, bad).expect("written");
-        assert!(Cube::read(&path).expect("an image").band(1).iter().all(|value| value.is_nan()));
+        let bad = read(&path, &(header.replace("9.5", "0") + "bbl = {1, 0, 1, 1}\n"));
+        assert!(bad.expect("an image").band(1).iter().all(|value| value.is_nan()));
         let twice = header.replace("9.5", "8.25");
         assert_ne!(twice, header);
-        std::fs::write(&header_path, twice).expect("written");
-        let error = Cube::read(&path).expect_err("two bands at 8.25 um");
+        let error = read(&path, &twice).expect_err("two bands at 8.25 um");
         assert!(error.to_string().contains("two bands are at 8.25 um"), "{error}");
     }
 
     #[test]
     fn an_image_that_is_not_whole_is_refused() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let path = folder.path().join("image.img");
-        cube().write(&path, "radiance").expect("written");
+        let (_folder, path, _) = written(&cube());
         std::fs::write(&path, [0; 4 * 23]).expect("written");
         let error = Cube::read(&path).expect_err("a number is missing");
         assert!(error.to_string().contains("do not make the 92 bytes"), "{error}");

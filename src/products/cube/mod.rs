@@ -2,11 +2,21 @@
 
 mod envi;
 
-pub use envi::ImageHeader;
+use crate::support::error::Failure;
+use crate::support::file_error::FileError;
 
-/// An image of so many lines and samples (columns) in so many bands.
-///
-/// Radiance is in W m-2 sr-1 um-1. What is not known is not a number.
+/// An image cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
+pub struct CubeError(#[from] FileError);
+
+impl Failure for CubeError {
+    fn hint(&self) -> Option<String> {
+        self.0.hint_or("docs/images.md says which ENVI images are read")
+    }
+}
+
+/// An image with a spectrum for every pixel. Unknown numbers are NaN.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cube {
     /// Lines, from the top of the image.
@@ -15,18 +25,18 @@ pub struct Cube {
     pub samples: usize,
     /// Wavelengths of the bands, um.
     pub wavelengths_um: Vec<f64>,
-    /// Band by band, in it line by line.
+    /// Numbers band by band, in each band line by line. Radiance is in W m-2 sr-1 um-1.
     pub data: Vec<f32>,
 }
 
 impl Cube {
-    /// A cube in which nothing is known yet.
+    /// A cube of NaN.
     pub fn new(lines: usize, samples: usize, wavelengths_um: Vec<f64>) -> Self {
         let data = vec![f32::NAN; lines * samples * wavelengths_um.len()];
         Self { lines, samples, wavelengths_um, data }
     }
 
-    /// Where a number stands in the data.
+    /// The index of a number in the data.
     pub fn place(&self, band: usize, line: usize, sample: usize) -> usize {
         (band * self.lines + line) * self.samples + sample
     }
@@ -34,7 +44,7 @@ impl Cube {
     /// One band of the image, line by line.
     ///
     /// # Panics
-    /// Without such a band.
+    /// If there is no such band.
     pub fn band(&self, band: usize) -> &[f32] {
         let size = self.lines * self.samples;
         &self.data[band * size..][..size]
@@ -43,19 +53,19 @@ impl Cube {
     /// The spectrum of a pixel.
     ///
     /// # Panics
-    /// Without such a pixel.
+    /// If there is no such pixel.
     pub fn spectrum(&self, line: usize, sample: usize) -> Vec<f32> {
         (0..self.wavelengths_um.len())
             .map(|band| self.data[self.place(band, line, sample)])
             .collect()
     }
 
-    /// Puts a spectrum into a pixel.
+    /// Sets the spectrum of a pixel.
     ///
     /// # Panics
-    /// Without such a pixel, or if the spectrum has not as many bands.
+    /// If there is no such pixel, or the spectrum has another number of bands.
     pub fn set_spectrum(&mut self, line: usize, sample: usize, spectrum: &[f32]) {
-        assert_eq!(spectrum.len(), self.wavelengths_um.len(), "as many bands as the cube has");
+        assert_eq!(spectrum.len(), self.wavelengths_um.len(), "a number for each band");
         for (band, &value) in spectrum.iter().enumerate() {
             let place = self.place(band, line, sample);
             self.data[place] = value;

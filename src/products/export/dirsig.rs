@@ -1,6 +1,6 @@
-//! A scene as a DIRSIG bundle: meshes (.obj), where they stand (.odb), what they are made of (.mat) and its emissivity (.ems).
+//! A scene as a DIRSIG bundle: meshes (.obj), instances (.odb), materials (.mat), spectra (.ems).
 //!
-//! Lengths are metres there. A face names its material by the number that the .mat file gives it.
+//! Lengths are in metres. A face names its material by its ID in the .mat file.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -14,7 +14,7 @@ use crate::support::output;
 
 const METRE_UM: f64 = 1e6;
 
-/// Bounces that the .mat file asks for: a documented example has 2, which loses what deep pores send back.
+/// Bounces that the .mat file asks for. DIRSIG's example has 2, too few for deep pores.
 const MAX_BOUNCES: u32 = 16;
 
 pub(super) fn write(exported: &Exported, wavelengths_um: &[f64], out: &Path) -> Result<(), Error> {

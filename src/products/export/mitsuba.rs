@@ -1,4 +1,4 @@
-//! A scene for Mitsuba 3: the same meshes in the same places under a sky of radiance 1, seen alike.
+//! A scene for Mitsuba 3: the same meshes, places and view under a sky of radiance 1.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::support::error::Error;
 use crate::support::output::{self, OutputError};
 use crate::tracer::footprint::Footprint;
 
-/// Bounces that Mitsuba follows at most.
+/// Most bounces that Mitsuba follows.
 const MAX_DEPTH: u32 = 1000;
 
 pub(super) fn write(exported: &Exported, wavelengths_um: &[f64], out: &Path) -> Result<(), Error> {
@@ -66,7 +66,8 @@ pub(super) fn write(exported: &Exported, wavelengths_um: &[f64], out: &Path) -> 
         xml.push_str("  </shape>\n");
     }
     let domain = Domain { sides: Sides::Open, ..bed.domain.clone() };
-    // About the origin: Mitsuba lifts rays off facets by 9e-5 of the greatest coordinate, .4 um at 4 mm, and loses what is nearer.
+    // The middle of the domain becomes the origin: Mitsuba lifts rays off facets by 9e-5 of the
+    // greatest coordinate, and loses what is nearer.
     let middle = (domain.min_um + domain.max_um) / 2.0;
     let transform = |place: &DAffine3| {
         let centred = DAffine3 { translation: place.translation - middle, ..*place };
@@ -93,7 +94,7 @@ pub(super) fn write(exported: &Exported, wavelengths_um: &[f64], out: &Path) -> 
             transform(&place)
         );
     }
-    // All of the domain's box, from far enough off to be above all that stands beyond it.
+    // The view of the domain's box, from far enough to be above everything beside it.
     let view = Footprint::new(&domain, bed.to_sensor);
     let size = domain.max_um - domain.min_um;
     let away_um = 4.0 * (size.length() + size.z) / bed.to_sensor.z.max(0.1);
@@ -104,7 +105,7 @@ pub(super) fn write(exported: &Exported, wavelengths_um: &[f64], out: &Path) -> 
     };
     let _ = writeln!(
         xml,
-        "  <!-- {}: the view of all of the domain's box -->\n  <sensor type=\"orthographic\">\
+        "  <!-- {}: the view of the whole domain -->\n  <sensor type=\"orthographic\">\
          <float name=\"near_clip\" value=\"{}\"/><float name=\"far_clip\" value=\"{}\"/>{}\
          <film type=\"hdrfilm\"><integer name=\"width\" value=\"$pixels\"/>\
          <integer name=\"height\" value=\"$pixels\"/><string name=\"pixel_format\" value=\"rgb\"/>\
@@ -119,7 +120,7 @@ pub(super) fn write(exported: &Exported, wavelengths_um: &[f64], out: &Path) -> 
     Ok(output::bytes(&out.join("scene.xml"), xml.as_bytes())?)
 }
 
-/// Writes some triangles of a mesh, in single precision.
+/// Writes triangles of a mesh in single precision.
 fn write_ply(vertices: &[Vec3], triangles: &[[u32; 3]], path: &Path) -> Result<(), OutputError> {
     output::file(path, |out| {
         write!(

@@ -1,4 +1,4 @@
-//! Scenes for other programs, and from them.
+//! Scenes written for other programs, and read from them.
 
 mod dirsig;
 mod mitsuba;
@@ -14,7 +14,8 @@ use crate::table::resolved;
 
 pub use odb::{DirsigError, import};
 
-/// Half the width of the rectangle that stands for a floor without end, um: what it lacks is below 1e-3 degrees.
+/// Half the width of the square that stands for an endless floor, um. Its horizon is less than 1e-3
+/// degrees too low.
 const FLOOR_UM: f64 = 1e7;
 
 /// A program that scenes are written for.
@@ -22,22 +23,23 @@ const FLOOR_UM: f64 = 1e7;
 pub enum To {
     /// Meshes, instances, materials and their spectra: .obj, .odb, .mat and .ems.
     Dirsig,
-    /// scene.xml and its meshes: what three bands reflect of a sky of radiance 1.
+    /// scene.xml and its meshes: the reflection of a sky of radiance 1 in three bands.
     Mitsuba,
 }
 
-/// A scene as it is exported.
+/// A scene that is exported.
 struct Exported<'a> {
     scene: &'a Scene,
     bed: Bed,
     materials: Vec<TableMaterial>,
 }
 
-/// Writes a placed scene for another program into a folder. `wavelengths_um` are all that the spectra are written at; of
-/// Mitsuba the three bands of the picture. Returns what could not be carried over, a sentence each.
+/// Writes a placed scene into a folder, for another program. `wavelengths_um` are those of the
+/// spectra; for Mitsuba they are the three bands of the picture. Returns what was not carried over,
+/// as sentences.
 ///
 /// # Errors
-/// A mesh or a spectrum that cannot be used, a folder that cannot be written.
+/// A mesh or a spectrum cannot be used, or the folder cannot be written.
 pub fn export(
     scene: &Scene,
     to: To,
@@ -55,44 +57,41 @@ pub fn export(
 }
 
 impl Exported<'_> {
-    /// What the other program has no equal of.
+    /// What the other program has no equivalent of.
     fn lost(&self, to: To) -> Vec<String> {
         let mut lost = Vec::new();
-        let sides = self.bed.domain.sides;
-        if sides != Sides::Open {
-            lost.push(format!(
-                "the bed's sides are {}, and open there: what goes on beyond them is left out",
-                match sides {
-                    Sides::Mirror => "mirrors",
-                    Sides::Periodic => "periodic",
-                    _ => "those of a field",
-                }
-            ));
+        let sides = match self.bed.domain.sides {
+            Sides::Open => None,
+            Sides::Mirror => Some("mirrors"),
+            Sides::Periodic => Some("periodic"),
+            Sides::Field { .. } => Some("those of a field"),
+        };
+        if let Some(sides) = sides {
+            lost.push(format!("the bed's sides are {sides}: they are written as open sides"));
         }
         if self.bed.domain.floor.is_some() {
-            lost.push(format!(
-                "the floor is a square of {} m, and has no end here",
-                2.0 * FLOOR_UM / 1e6
-            ));
+            let width_m = 2.0 * FLOOR_UM / 1e6;
+            lost.push(format!("the floor is endless: it is written as a square of {width_m} m"));
         }
         for material in self.materials.iter().filter(|m| m.spectrum.is_angular()) {
             lost.push(format!(
-                "{:?} is a mirror that reflects by angle, and there a mirror of its hemispherical reflectance at every angle",
+                "the reflectance of {:?} depends on the angle: it is written as a mirror of its \
+                 hemispherical reflectance",
                 material.name
             ));
         }
-        match to {
-            To::Dirsig => lost.extend([
+        lost.extend(match to {
+            To::Dirsig => [
                 "platform, sensor, sky, atmosphere and seed are not written".to_owned(),
-                "DIRSIG follows as many bounces as its MAX_BOUNCES says, and soilsig follows all that matter".into(),
-            ]),
-            To::Mitsuba => lost.extend([
-                "temperatures, sky and the sensor's bands and noise are not written: the picture is what each band \
-                 reflects of a sky of radiance 1, and that is 1 less the emissivity"
-                    .to_owned(),
+                "DIRSIG follows MAX_BOUNCES bounces, soilsig all that matter".into(),
+            ],
+            To::Mitsuba => [
+                "temperatures, sky and the sensor's bands and noise are not written: the picture \
+                 is the reflection of a sky of radiance 1, which is 1 less the emissivity"
+                    .into(),
                 "three bands are written, as red, green and blue".into(),
-            ]),
-        }
+            ],
+        });
         if self.scene.sensor.is_some() {
             lost.push("the sensor's optics are not written: the view is the whole domain".into());
         }
@@ -100,7 +99,7 @@ impl Exported<'_> {
     }
 }
 
-/// The triangles of a mesh that are of each material, without those of none.
+/// The triangles of a mesh by material, without materials that it does not have.
 fn parts(mesh: &Mesh, materials: usize) -> Vec<(usize, Vec<[u32; 3]>)> {
     let mut parts = vec![Vec::new(); materials];
     for (&triangle, &material) in mesh.triangles.iter().zip(&mesh.materials) {
@@ -109,7 +108,7 @@ fn parts(mesh: &Mesh, materials: usize) -> Vec<(usize, Vec<[u32; 3]>)> {
     parts.into_iter().enumerate().filter(|(_, triangles)| !triangles.is_empty()).collect()
 }
 
-/// A placement as the 16 numbers of a 4 x 4 matrix, row by row, with the last column in `unit_um`.
+/// A placement as a 4 x 4 matrix, row by row, with the last column in units of `unit_um`.
 fn matrix(to_scene: &glam::DAffine3, unit_um: f64) -> [f64; 16] {
     let m = to_scene.matrix3.transpose().to_cols_array();
     let t = to_scene.translation / unit_um;

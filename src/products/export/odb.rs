@@ -1,8 +1,9 @@
 //! DIRSIG's object database and material list as a scene.
 //!
-//! What is read: of a .odb objects with OBJ_FILENAME, UNITS and instances as nine numbers (translation in metres, scale,
-//! rotation about x, y and z in degrees, in that order) or as a 4 x 4 matrix; of a .mat the emissivity file, the share that is
-//! specular and a fixed temperature. Everything else is named and left out.
+//! Of a .odb file it reads objects with OBJ_FILENAME, UNITS and instances. An instance is nine
+//! numbers (translation in metres, scale, rotation about x, y and z in degrees) or a 4 x 4 matrix.
+//! Of a .mat file it reads emissivity file, specular fraction and fixed temperature. Everything else
+//! is named and left out.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -15,134 +16,133 @@ use crate::scene::{
     View,
 };
 use crate::support::error::Failure;
+use crate::support::file_error::FileError;
+use crate::support::text;
 
-/// Temperature of what has none in the .mat file, kelvin.
+/// Temperature of materials without one in the .mat file, K.
 const TEMPERATURE_K: f64 = 300.0;
 
 /// A DIRSIG file cannot be used.
 #[derive(Debug, thiserror::Error)]
-pub enum DirsigError {
-    /// The file cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// The file is not of its form, or has what has no equal here.
-    #[error("{}, line {line}: {problem}", path.display())]
-    Form {
-        /// The file.
-        path: PathBuf,
-        /// The line, from 1.
-        line: usize,
-        /// What is wrong there.
-        problem: String,
-    },
-}
+#[error(transparent)]
+pub struct DirsigError(#[from] FileError);
 
 impl Failure for DirsigError {
     fn hint(&self) -> Option<String> {
-        match self {
-            Self::Read { .. } => None,
-            Self::Form { .. } => Some("docs/images.md says what is read of DIRSIG's files".into()),
-        }
+        self.0.hint_or("docs/images.md says what is read of DIRSIG's files")
     }
 }
 
-/// A section of a file of tags: values and sections, each with its line.
-#[derive(Debug, Default)]
-struct Section {
-    line: usize,
-    values: Vec<(String, String, usize)>,
-    sections: Vec<(String, Section)>,
+/// A section `NAME { ... }` of a file of tags.
+#[derive(Debug)]
+struct Section<'a> {
+    path: &'a Path,
+    name: String,
+    line: u64,
+    /// Keys, values and lines.
+    values: Vec<(String, String, u64)>,
+    sections: Vec<Section<'a>>,
 }
 
-impl Section {
-    fn read(path: &Path) -> Result<Self, DirsigError> {
-        let text =
-            fs::read(path).map_err(|source| DirsigError::Read { path: path.to_owned(), source })?;
-        let text = crate::support::envi::text(text);
-        let mut open = vec![(String::new(), Self::default())];
-        for (i, line) in text.lines().enumerate() {
+impl<'a> Section<'a> {
+    fn new(path: &'a Path, name: &str, line: u64) -> Self {
+        Self { path, name: name.to_owned(), line, values: Vec::new(), sections: Vec::new() }
+    }
+
+    /// Reads a file as one nameless section.
+    fn read(path: &'a Path) -> Result<Self, DirsigError> {
+        let mut open = Vec::new();
+        let mut section = Self::new(path, "", 1);
+        for (number, line) in (1..).zip(text::read(path)?.lines()) {
             let line = line.split('#').next().unwrap_or_default().trim();
-            let place = |problem: &str| DirsigError::Form {
-                path: path.to_owned(),
-                line: i + 1,
-                problem: problem.into(),
-            };
             if let Some(name) = line.strip_suffix('{') {
-                let section = Self { line: i + 1, ..Self::default() };
-                open.push((name.trim().to_owned(), section));
+                open.push(std::mem::replace(&mut section, Self::new(path, name.trim(), number)));
             } else if line == "}" {
-                let (name, section) = open.pop().expect("the outermost is never closed");
-                let (_, outer) = open.last_mut().ok_or_else(|| place("a } closes nothing"))?;
-                outer.sections.push((name, section));
+                let outer =
+                    open.pop().ok_or_else(|| section.wrong(number, "a } closes nothing"))?;
+                let inner = std::mem::replace(&mut section, outer);
+                section.sections.push(inner);
             } else if let Some((key, value)) = line.split_once('=') {
-                let (_, section) = open.last_mut().expect("the outermost is never closed");
-                section.values.push((key.trim().to_owned(), value.trim().to_owned(), i + 1));
+                section.values.push((key.trim().to_owned(), value.trim().to_owned(), number));
             } else if !line.is_empty() {
-                return Err(place("neither NAME = VALUE nor NAME {"));
+                return Err(section.wrong(number, "this is neither NAME = VALUE nor NAME {"));
             }
         }
-        let (name, outermost) = open.pop().expect("the outermost is never closed");
         if open.is_empty() {
-            return Ok(outermost);
+            return Ok(section);
         }
-        let problem = format!("{name} is not closed");
-        Err(DirsigError::Form { path: path.to_owned(), line: outermost.line, problem })
+        Err(section.wrong(section.line, format!("{} is not closed", section.name)))
     }
 
-    fn get(&self, key: &str) -> Option<(&str, usize)> {
-        let found = self.values.iter().find(|(name, ..)| name == key)?;
-        Some((&found.1, found.2))
+    fn wrong(&self, line: u64, problem: impl Into<Box<str>>) -> DirsigError {
+        FileError::wrong_in_line(self.path, line, problem).into()
+    }
+
+    /// What the section lacks.
+    fn lacks(&self, what: &str) -> DirsigError {
+        self.wrong(self.line, what)
+    }
+
+    /// The value of a key, with its line.
+    fn get(&self, key: &str) -> Option<(&str, u64)> {
+        let (_, value, line) = self.values.iter().find(|(name, ..)| name == key)?;
+        Some((value, *line))
     }
 
     fn section(&self, name: &str) -> Option<&Self> {
-        self.sections.iter().find(|(n, _)| n == name).map(|(_, section)| section)
+        self.sections.iter().find(|section| section.name == name)
+    }
+
+    /// A file that is named here, relative to this one.
+    fn file(&self, name: &str) -> PathBuf {
+        self.path.parent().unwrap_or(Path::new("")).join(name)
+    }
+
+    fn number(&self, value: Option<(&str, u64)>) -> Result<Option<f64>, DirsigError> {
+        let parsed = |(value, line): (&str, u64)| {
+            value.parse().map_err(|_| self.wrong(line, format!("{value:?} is not a number")))
+        };
+        value.map(parsed).transpose()
     }
 }
 
-/// A scene of a .odb file and a .mat file, for a scene file in `folder`; and what was left out, a sentence each. The sensor
-/// looks straight down at all of it.
+/// Makes a scene of a .odb and a .mat file, for a scene file in `folder`. The sensor looks straight
+/// down at all of it. Also returns what was left out, as sentences.
 ///
 /// # Errors
-/// A file that cannot be read, or an object, unit or material that has no equal here.
+/// A file cannot be read, or an object, unit or material has no equivalent here.
 pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<String>), DirsigError> {
     let mut left_out = vec![
-        "platform, sensor, sky and atmosphere are not read: the sensor looks straight down at all of the scene, \
-         under a cold black sky"
+        "platform, sensor, sky and atmosphere are not read: the sensor looks straight down at all \
+         of the scene, under a cold black sky"
             .to_owned(),
     ];
     let objects = Section::read(odb)?;
-    let wrong = |line, problem: String| DirsigError::Form { path: odb.to_owned(), line, problem };
     if objects.get("DIRSIG_ODB").is_none() {
-        return Err(wrong(1, "DIRSIG_ODB = 1.0 is missing".into()));
+        return Err(objects.lacks("DIRSIG_ODB = 1.0 is missing"));
     }
     let (mut prototypes, mut instances, mut names) = (Vec::new(), Vec::new(), BTreeSet::new());
-    for (kind, object) in &objects.sections {
-        if kind != "OBJECT" {
-            left_out.push(format!("{kind} in line {} of the .odb", object.line));
+    for object in &objects.sections {
+        if object.name != "OBJECT" {
+            left_out.push(format!("{} in line {} of the .odb", object.name, object.line));
             continue;
         }
-        let Some((file, _)) = object.get("OBJ_FILENAME") else {
-            return Err(wrong(object.line, "an object without OBJ_FILENAME".into()));
-        };
+        let (file, _) = object
+            .get("OBJ_FILENAME")
+            .ok_or_else(|| object.lacks("the object has no OBJ_FILENAME"))?;
         let unit_um = match object.get("UNITS") {
-            None => return Err(wrong(object.line, "an object without UNITS".into())),
+            None => return Err(object.lacks("the object has no UNITS")),
             Some(("METERS", _)) => 1e6,
             Some(("CENTIMETERS", _)) => 1e4,
             Some(("MILLIMETERS", _)) => 1e3,
             Some(("INCHES", _)) => 25_400.0,
             Some(("FEET", _)) => 304_800.0,
             Some((other, line)) => {
-                return Err(wrong(line, format!("UNITS = {other} is not known")));
+                return Err(object.wrong(line, format!("UNITS = {other} is not known")));
             }
         };
-        let file = odb.parent().unwrap_or(Path::new("")).join(file);
-        let text =
-            fs::read(&file).map_err(|source| DirsigError::Read { path: file.clone(), source })?;
+        let file = object.file(file);
+        let text = fs::read(&file).map_err(FileError::read(&file))?;
         names.extend(
             String::from_utf8_lossy(&text)
                 .lines()
@@ -163,7 +163,7 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
                 continue;
             }
             let transform = place(value).ok_or_else(|| {
-                wrong(*line, "an instance is 9 numbers or the 16 of a 4 x 4 matrix".into())
+                object.wrong(*line, "an instance is 9 numbers or the 16 of a 4 x 4 matrix")
             })?;
             instances.push(Instance { prototype: name.clone(), transform });
         }
@@ -177,7 +177,7 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
         });
     }
     if instances.is_empty() {
-        return Err(wrong(1, "no object has INSTANCES".into()));
+        return Err(objects.lacks("no object has INSTANCES"));
     }
     let materials = materials(mat, &names, folder, &mut left_out)?;
     let scene = Scene {
@@ -210,62 +210,51 @@ fn materials(
     left_out: &mut Vec<String>,
 ) -> Result<Vec<Material>, DirsigError> {
     let list = Section::read(mat)?;
-    let wrong = |line, problem: String| DirsigError::Form { path: mat.to_owned(), line, problem };
     let mut materials = Vec::new();
     for name in names {
-        // Faces name the ID. Only where none is so called it may be a NAME.
+        // Faces name the ID. Only if no ID matches, it may be a NAME.
         let called = |keys: [&str; 2]| {
-            let is_called = |entry: &&Section| {
+            list.sections.iter().find(|entry| {
                 keys.iter().any(|key| entry.get(key).is_some_and(|(value, _)| value == name))
-            };
-            list.sections.iter().map(|(_, entry)| entry).find(is_called)
+            })
         };
-        let entry = called(["ID", "MATERIAL_ID"]).or_else(|| called(["NAME", "MATERIAL_NAME"]));
-        let entry = entry
-            .ok_or_else(|| wrong(1, format!("there is no material {name:?}, which faces name")))?;
+        let entry = called(["ID", "MATERIAL_ID"])
+            .or_else(|| called(["NAME", "MATERIAL_NAME"]))
+            .ok_or_else(|| {
+                list.lacks(&format!("there is no material {name:?}, which faces name"))
+            })?;
         let property =
             entry.section("SURFACE_PROPERTIES").and_then(|s| s.section("EMISSIVITY_PROP"));
-        let file = property
-            .and_then(|property| property.get("FILENAME"))
-            .or_else(|| entry.get("EMISSIVITY_FILE"));
-        let Some((file, _)) = file else {
-            let problem = format!("material {name:?} has no emissivity file");
-            return Err(wrong(entry.line, problem));
-        };
-        let number = |value: Option<(&str, usize)>| {
-            let parsed = |(value, line): (&str, usize)| {
-                let error = || wrong(line, format!("{value:?} is not a number"));
-                value.parse::<f64>().map_err(|_| error())
-            };
-            value.map(parsed).transpose()
-        };
+        let of_property = |key| property.and_then(|property| property.get(key));
+        let (file, _) = of_property("FILENAME")
+            .or_else(|| entry.get("EMISSIVITY_FILE"))
+            .ok_or_else(|| entry.lacks(&format!("material {name:?} has no emissivity file")))?;
         let solver = entry.section("TEMP_SOLVER");
-        let temperature_k = number(solver.and_then(|solver| solver.get("TEMPERATURE")))?;
+        let temperature_k = entry.number(solver.and_then(|solver| solver.get("TEMPERATURE")))?;
         if temperature_k.is_none() {
             left_out.push(format!(
                 "material {name:?} has no fixed temperature: it has {TEMPERATURE_K} K here"
             ));
         }
-        let share = property.and_then(|property| property.get("SPECULAR_FRACTION"));
-        let file = mat.parent().unwrap_or(Path::new("")).join(file);
+        let specular = of_property("SPECULAR_FRACTION").or_else(|| entry.get("SPECULARITY"));
         materials.push(Material {
             name: name.clone(),
-            spectrum: SpectrumSource::File(seen_from(&file, folder)),
+            spectrum: SpectrumSource::File(seen_from(&list.file(file), folder)),
             temperature_k,
-            specular: number(share.or_else(|| entry.get("SPECULARITY")))?,
+            specular: entry.number(specular)?,
         });
     }
     Ok(materials)
 }
 
-/// A file's path as the scene file in `folder` names it.
+/// A file's path in a scene file that lies in `folder`.
 fn seen_from(file: &Path, folder: &Path) -> PathBuf {
     let [file, folder] =
         [file, folder].map(|path| std::path::absolute(path).unwrap_or(path.to_owned()));
     file.strip_prefix(&folder).map(Path::to_owned).unwrap_or(file)
 }
 
-/// The upper three rows of the matrix of an instance, its last column in um.
+/// The matrix of an instance without its last row; the last column is in um.
 fn place(text: &str) -> Option<[f64; 12]> {
     let numbers: Vec<f64> = text
         .split([',', ' ', '\t'])
@@ -298,7 +287,7 @@ mod tests {
         let of = |text| place(text).expect("an instance");
         let moved = of("1, 2, 3, 1, 1, 1, 0, 0, 0");
         assert_eq!(moved, [1.0, 0.0, 0.0, 1e6, 0.0, 1.0, 0.0, 2e6, 0.0, 0.0, 1.0, 3e6]);
-        // A quarter turn about z brings x to y; the scale comes first.
+        // A quarter turn about z takes x to y, after the scale.
         let turned = of("0 0 0 2 1 1 0 0 90");
         assert!((turned[4] - 2.0).abs() < 1e-15 && turned[0].abs() < 1e-15);
         let matrix = of("0 -1 0 1 2 0 0 0 0 0 1 0 0 0 0 1");

@@ -1,4 +1,4 @@
-//! The bands of an image, and the wavelengths at which it is evaluated for them.
+//! The bands of an image, and the wavelengths at which it is evaluated.
 
 use std::path::Path;
 
@@ -6,27 +6,27 @@ use crate::scene::{Grid, Sensor, SensorBands};
 use crate::spectrum::resample::Response;
 use crate::support::error::Error;
 
-/// Distance of the wavelengths at which a band of some width is evaluated, nm: curves bend on a scale of 10 nm or more.
+/// Spacing of the wavelengths within a band, nm. Curves bend on a scale of 10 nm or more.
 const NODES_NM: f64 = 2.0;
 
 /// The bands of an image.
 pub(super) struct Bands {
-    /// The centroid of each, um.
+    /// Centroids, um.
     pub centres_um: Vec<f64>,
-    /// All wavelengths at which the image is evaluated, um, ascending.
+    /// Wavelengths at which the image is evaluated, um, ascending.
     pub nodes_um: Vec<f64>,
-    /// Of each band the nodes it sees, with their weights, which sum to 1.
+    /// The nodes of each band with their weights, which sum to 1.
     pub weights: Vec<Vec<(usize, f64)>>,
 }
 
-/// A band before the nodes are known.
 enum Band {
+    /// One wavelength, um.
     At(f64),
     Over(Response),
 }
 
 impl Bands {
-    /// The sensor's bands, or else each wavelength of the grid; files are relative to `folder`.
+    /// The sensor's bands, else the wavelengths of the grid. Files are relative to `folder`.
     pub(super) fn new(sensor: Option<&Sensor>, folder: &Path, grid: &Grid) -> Result<Self, Error> {
         let bands = match sensor.and_then(|sensor| sensor.bands.as_ref()) {
             None => grid.wavelengths_um().into_iter().map(Band::At).collect(),
@@ -43,32 +43,29 @@ impl Bands {
     fn of_sensor(bands: &[SensorBands], folder: &Path) -> Result<Vec<Band>, Error> {
         let mut all = Vec::new();
         for band in bands {
-            match band {
-                SensorBands::Box { centre_um, width_um } if *width_um == 0.0 => {
-                    all.push(Band::At(*centre_um));
-                }
+            match *band {
+                SensorBands::Box { centre_um, width_um: 0.0 } => all.push(Band::At(centre_um)),
                 SensorBands::Box { centre_um, width_um } => {
                     let (from_um, to_um) = (centre_um - width_um / 2.0, centre_um + width_um / 2.0);
                     all.push(Band::Over(Response::boxed(from_um, to_um)));
                 }
                 SensorBands::Gaussian { centre_um, fwhm_um } => {
-                    all.push(Band::Over(Response::gaussian(*centre_um, *fwhm_um)));
+                    all.push(Band::Over(Response::gaussian(centre_um, fwhm_um)));
                 }
-                SensorBands::File(file) => {
+                SensorBands::File(ref file) => {
                     all.push(Band::Over(Response::read(&folder.join(file))?));
                 }
                 SensorBands::Grid { from_um, to_um, step_um, fwhm_um } => {
-                    let grid = Grid::new(*from_um, *to_um, *step_um);
-                    let centres = grid.expect("the scene was checked").wavelengths_um();
-                    let band = |centre_um| Band::Over(Response::gaussian(centre_um, *fwhm_um));
-                    all.extend(centres.into_iter().map(band));
+                    let grid = Grid::new(from_um, to_um, step_um).expect("the scene was checked");
+                    let band = |centre_um| Band::Over(Response::gaussian(centre_um, fwhm_um));
+                    all.extend(grid.wavelengths_um().into_iter().map(band));
                 }
             }
         }
         Ok(all)
     }
 
-    /// The band whose middle is nearest to a wavelength, um.
+    /// The band whose centroid is nearest to a wavelength, um.
     pub(super) fn nearest(&self, um: f64) -> usize {
         let off = |band: &usize| (self.centres_um[*band] - um).abs();
         (0..self.centres_um.len())
@@ -76,7 +73,7 @@ impl Bands {
             .expect("there is at least one band")
     }
 
-    /// The mean of a curve at the nodes as a band sees it.
+    /// The mean over a band of a curve given at the nodes.
     pub(super) fn mean(&self, band: usize, at_nodes: &[f64]) -> f64 {
         self.weights[band].iter().map(|&(node, weight)| weight * at_nodes[node]).sum()
     }
@@ -126,7 +123,7 @@ mod tests {
         Bands::new(Some(&sensor), Path::new(""), &Grid::PAPER).expect("sound bands")
     }
 
-    /// The mean of um squared over bands whose moments are known.
+    /// Means of um squared, which are known exactly.
     #[test]
     fn bands_weigh_a_curve_as_their_responses_ask() {
         let all = bands(vec![

@@ -1,16 +1,17 @@
-//! Where the rays of each pixel start, and where they go.
+//! The rays of each pixel.
 
 use glam::DVec3;
 
 use super::ImageError;
+use crate::draw::picture::camera::level;
 use crate::geometry::Bed;
 use crate::scene::{Optics, Sensor, Sides};
 use crate::tracer::footprint::Footprint;
 
-/// Pixels of a line where no sensor says how many.
+/// Pixels of a line without a sensor.
 const COLUMNS: f64 = 256.0;
 
-/// The focal plane and what it sees.
+/// A focal plane before the bed.
 pub(super) struct Camera {
     /// Columns and lines.
     pub pixels: [usize; 2],
@@ -22,7 +23,7 @@ pub(super) struct Camera {
 
 enum Rays {
     Parallel(Footprint),
-    /// From a point, through a rectangle at distance 1 whose lower left corner and sides these are.
+    /// From a point through a rectangle, given by its lower left corner and its sides from `point`.
     Through {
         point: DVec3,
         corner: DVec3,
@@ -32,17 +33,14 @@ enum Rays {
 }
 
 impl Camera {
-    /// The camera of a sensor, or one that sees the domain in square pixels.
+    /// The camera of a sensor, else one that sees the domain in square pixels.
     pub(super) fn new(bed: &Bed, sensor: Option<&Sensor>) -> Result<Self, ImageError> {
         let (domain, to_sensor) = (&bed.domain, bed.to_sensor);
         let view = Footprint::new(domain, to_sensor);
         let lines = (COLUMNS * view.up.length() / view.right.length()).round().clamp(1.0, 16_384.0);
         let pixels = sensor.map_or([COLUMNS as u32, lines as u32], |sensor| sensor.pixels);
         let middle = (domain.min_um + domain.max_um) / 2.0;
-        // Unit vectors across the line of sight, as in the open.
-        let level = DVec3::Z.cross(to_sensor);
-        let right = if level.length() > 1e-9 { level.normalize() } else { DVec3::X };
-        let up = to_sensor.cross(right);
+        let (right, up) = level(to_sensor);
         let aspect = f64::from(pixels[1]) / f64::from(pixels[0]);
         let rays = match sensor.and_then(|sensor| sensor.optics) {
             None => Rays::Parallel(view),
@@ -70,7 +68,7 @@ impl Camera {
         Ok(Self { pixels, rays, to_sensor, top_um: domain.max_um.z })
     }
 
-    /// Origin and direction of the ray at a place of a pixel, 0 to 1 from its left and from its upper edge.
+    /// Origin and direction of a ray. `place` is in the pixel, 0 to 1 from its left and upper edge.
     pub(super) fn ray(&self, [sample, line]: [usize; 2], place: [f64; 2]) -> (DVec3, DVec3) {
         let [columns, lines] = self.pixels.map(|side| side as f64);
         let u = (sample as f64 + place[0]) / columns;
@@ -79,7 +77,7 @@ impl Camera {
             Rays::Parallel(view) => {
                 let direction = -self.to_sensor;
                 let start = view.at([u, v]);
-                // From above all there is: beyond an open domain there may stand what hides a part of it.
+                // From above everything: grains beyond an open domain may hide a part of it.
                 let below_um = (self.top_um - start.z).max(0.0);
                 (start + below_um / direction.z * direction, direction)
             }
@@ -89,7 +87,7 @@ impl Camera {
         }
     }
 
-    /// Width and height of a pixel, um, where all see as much.
+    /// Width and height of a pixel, um; `None` for a pinhole, whose pixels differ.
     pub(super) fn pixel_um(&self) -> Option<[f64; 2]> {
         let Rays::Parallel(view) = &self.rays else { return None };
         let [columns, lines] = self.pixels.map(|side| side as f64);

@@ -1,6 +1,6 @@
 //! An image as NetCDF with the attributes of the CF conventions.
 //!
-//! Lines are the unlimited dimension, so that they can be written one by one, and a file may be larger than 2 GB.
+//! Lines are the unlimited dimension: so a file is written line by line and may exceed 2 GB.
 
 use std::cell::RefCell;
 use std::fs::File;
@@ -12,10 +12,10 @@ use netcdf3::{DataSet, FileWriter, InvalidDataSet, Version, WriteError};
 
 use crate::support::output::{Beside, OutputError};
 
-/// The CF name of what leaves a surface, without that of the wavelength it goes by.
+/// The CF standard name of the radiance.
 const RADIANCE: &str = "upwelling_radiance_per_unit_wavelength_in_air";
 
-/// What a file says of itself besides its numbers.
+/// What a file says besides its numbers.
 pub(super) struct About<'a> {
     pub title: &'a str,
     pub scene_sha256: &'a str,
@@ -23,20 +23,21 @@ pub(super) struct About<'a> {
     pub view_deg: [f64; 2],
     pub seed: u64,
     pub materials: &'a [String],
-    /// Size of a pixel, um, where all see as much.
+    /// Width and height of a pixel, um, if all are equal.
     pub pixel_um: Option<[f64; 2]>,
     /// Lines and samples.
     pub size: [usize; 2],
     pub wavelengths_um: &'a [f64],
 }
 
-/// Names of the variables, by lines and bands or by lines alone, in the order in which a line's values come.
+/// Variables by line, band and sample.
 pub(super) const CUBES: [&str; 3] = ["radiance", "radiance_standard_error", "emissivity"];
+/// Variables by line and sample.
 pub(super) const MAPS: [&str; 4] = ["material", "hits", "paths", "emissivity_standard_error"];
 
 /// The dimensions, variables and attributes of a file.
 pub(super) fn data_set(about: &About) -> DataSet {
-    define(about).expect("names and sizes are sound")
+    define(about).expect("names and sizes are valid")
 }
 
 fn define(about: &About) -> Result<DataSet, InvalidDataSet> {
@@ -44,70 +45,69 @@ fn define(about: &About) -> Result<DataSet, InvalidDataSet> {
     set.set_unlimited_dim("y", about.size[0])?;
     set.add_fixed_dim("wavelength", about.wavelengths_um.len())?;
     set.add_fixed_dim("x", about.size[1])?;
-    set.add_global_attr_string("Conventions", "CF-1.11")?;
-    set.add_global_attr_string("title", about.title)?;
-    set.add_global_attr_string("source", concat!("soilsig ", env!("CARGO_PKG_VERSION")))?;
-    set.add_global_attr_string("scene_sha256", about.scene_sha256)?;
-    set.add_global_attr_string("seed", about.seed.to_string())?;
+    for (key, text) in [
+        ("Conventions", "CF-1.11"),
+        ("title", about.title),
+        ("source", concat!("soilsig ", env!("CARGO_PKG_VERSION"))),
+        ("scene_sha256", about.scene_sha256),
+        ("seed", &about.seed.to_string()),
+    ] {
+        set.add_global_attr_string(key, text)?;
+    }
     set.add_global_attr_f64("temperature_k", vec![about.temperature_k])?;
     set.add_global_attr_f64("view_zenith_deg", vec![about.view_deg[0]])?;
     set.add_global_attr_f64("view_azimuth_deg", vec![about.view_deg[1]])?;
 
-    let mut variable = |name: &str, dimensions: &[&str], texts: &[(&str, &str)]| {
-        let double = dimensions.len() == 1;
-        if double {
-            set.add_var_f64(name, dimensions)?;
-        } else {
-            set.add_var_f32(name, dimensions)?;
-        }
-        for (key, text) in texts.iter().filter(|(_, text)| !text.is_empty()) {
-            set.add_var_attr_string(name, key, text)?;
-        }
-        Ok::<(), InvalidDataSet>(())
-    };
     let (length, of) =
         if about.pixel_um.is_some() { ("um", "middle of the pixel") } else { ("1", "pixel") };
-    let from = |edge: &str| format!("{of}, from the {edge} edge of the view");
-    variable("y", &["y"], &[("long_name", &from("upper")), ("units", length), ("axis", "Y")])?;
-    variable("x", &["x"], &[("long_name", &from("left")), ("units", length), ("axis", "X")])?;
-    variable(
-        "wavelength",
-        &["wavelength"],
-        &[("standard_name", "radiation_wavelength"), ("units", "um")],
-    )?;
-    let cube = ["y", "wavelength", "x"];
-    let unit = ("units", "W m-2 sr-1 um-1");
-    let errors = ("ancillary_variables", "radiance_standard_error");
-    let long = ("long_name", "radiance at the sensor");
-    variable(CUBES[0], &cube, &[("standard_name", RADIANCE), long, unit, errors])?;
-    let name = format!("{RADIANCE} standard_error");
-    let long = ("long_name", "standard error of the radiance, rays and sensor noise");
-    variable(CUBES[1], &cube, &[("standard_name", &name), long, unit])?;
-    let long = ("long_name", "emissivity of the bed towards the sensor");
-    variable(CUBES[2], &cube, &[long, ("units", "1")])?;
-
-    let map = ["y", "x"];
+    // A line for each variable: its name, then its attributes.
+    let variables = format!(
+        "y | long_name: {of}, from the upper edge of the view | units: {length} | axis: Y\n\
+         x | long_name: {of}, from the left edge of the view | units: {length} | axis: X\n\
+         wavelength | standard_name: radiation_wavelength | units: um\n\
+         radiance | standard_name: {RADIANCE} | long_name: radiance at the sensor | \
+         units: W m-2 sr-1 um-1 | ancillary_variables: radiance_standard_error\n\
+         radiance_standard_error | standard_name: {RADIANCE} standard_error | \
+         long_name: standard error of the radiance, rays and sensor noise | \
+         units: W m-2 sr-1 um-1\n\
+         emissivity | long_name: emissivity of the bed towards the sensor | units: 1\n\
+         material | long_name: material that fills most of the pixel\n\
+         hits | long_name: mean number of hits of a path | units: 1\n\
+         paths | long_name: paths of the pixel | units: 1\n\
+         emissivity_standard_error | long_name: standard error of the emissivity in the widest \
+         band | units: 1"
+    );
+    for line in variables.lines() {
+        let mut parts = line.split(" | ");
+        let name = parts.next().expect("a line is not empty");
+        if CUBES.contains(&name) {
+            set.add_var_f32(name, &["y", "wavelength", "x"])?;
+        } else if MAPS.contains(&name) {
+            set.add_var_f32(name, &["y", "x"])?;
+        } else {
+            set.add_var_f64(name, &[name])?;
+        }
+        for (key, text) in parts.filter_map(|part| part.split_once(": ")) {
+            set.add_var_attr_string(name, key, text)?;
+        }
+    }
     // Blanks separate the meanings.
     let meanings: Vec<String> = about.materials.iter().map(|name| name.replace(' ', "_")).collect();
-    let long = ("long_name", "material that fills most of the pixel");
-    variable(MAPS[0], &map, &[long, ("flag_meanings", &meanings.join(" "))])?;
-    variable(MAPS[1], &map, &[("long_name", "mean number of hits of a path"), ("units", "1")])?;
-    variable(MAPS[2], &map, &[("long_name", "paths of the pixel"), ("units", "1")])?;
-    let long = ("long_name", "standard error of the emissivity in the widest band");
-    variable(MAPS[3], &map, &[long, ("units", "1")])?;
+    set.add_var_attr_string(MAPS[0], "flag_meanings", meanings.join(" "))?;
     let flags = (0..about.materials.len()).map(|i| i as f32).collect();
     set.add_var_attr_f32(MAPS[0], "flag_values", flags)?;
     Ok(set)
 }
 
-/// A file under way.
+/// A file that is written line by line.
 pub(super) struct NetCdf<'a> {
     beside: Beside,
     writer: FileWriter<'a>,
     buffer: Buffer,
 }
 
-/// A buffer that outlives the writer, which writes number by number and would let what fails at the end go unsaid.
+/// A buffer that outlives the writer. The writer writes number by number, and would hide an error
+/// in the last flush.
 #[derive(Clone)]
 struct Buffer(Rc<RefCell<BufWriter<File>>>);
 
@@ -137,7 +137,7 @@ impl<'a> NetCdf<'a> {
             let mut writer = FileWriter::open_seek_write("image", Box::new(buffer.clone()))?;
             writer.set_def(set, Version::Offset64Bit, 0)?;
             let [height, width] = about.pixel_um.map_or([1.0, 1.0], |[x, y]| [y, x]);
-            // Pixels without a size are numbered.
+            // Pixels of a pinhole are numbered.
             let half = if about.pixel_um.is_some() { 0.5 } else { 0.0 };
             let middles = |number: usize, size: f64| -> Vec<f64> {
                 (0..number).map(|i| (i as f64 + half) * size).collect()
@@ -153,7 +153,7 @@ impl<'a> NetCdf<'a> {
         Ok(Self { beside, writer, buffer })
     }
 
-    /// Writes a line of one variable: of a cube band by band.
+    /// Writes a line of one variable, band by band.
     pub(super) fn write(
         &mut self,
         name: &str,
@@ -164,7 +164,7 @@ impl<'a> NetCdf<'a> {
         written.map_err(|error| self.beside.error(source(error)))
     }
 
-    /// Puts the file in its place.
+    /// Gives the file its name.
     pub(super) fn done(self) -> Result<(), OutputError> {
         let Self { beside, writer, mut buffer } = self;
         writer.close().map_err(|error| beside.error(source(error)))?;

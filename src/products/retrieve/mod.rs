@@ -1,4 +1,4 @@
-//! Emissivity from measured radiance: a spectrum, or an image of them.
+//! Emissivity from measured radiance: of a spectrum, or of an image.
 
 mod image;
 
@@ -10,52 +10,55 @@ use crate::radiometry::{
     Assumed, Atmosphere, Columns, Measured, Method, Retrieved, SkyTable, Temperature,
     l_downwelling, masked_in_words, masked_um, planck, separate,
 };
+use crate::support::csv::{Csv, decimals};
 use crate::support::error::Error;
 
-pub use image::{Image, ImageError, image};
+pub use image::{Image, RadianceError, image};
 
 /// The sky over a measured target.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Sky {
-    /// As the file of radiances has it; cold and black where it has none.
+    /// The sky in the file of radiances; cold and black if the file has none.
     OfFile,
-    /// Grey, of this temperature, K.
+    /// A grey sky of this temperature, K.
     Grey(f64),
-    /// From a file.
+    /// From a file of its own.
     Table(SkyTable),
 }
 
-/// How the target's temperature is known.
+/// Where the target's temperature comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
     /// It is given.
     Given(Temperature),
-    /// From the radiance itself.
+    /// It is found from the radiance.
     By(Method),
 }
 
-/// What is known besides the radiance.
+/// What a retrieval uses besides the radiance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Known {
     /// The sky.
     pub sky: Sky,
-    /// The atmosphere before the sensor.
+    /// The atmosphere between target and sensor.
     pub atmosphere: Option<Atmosphere>,
     /// The target's temperature.
     pub target: Target,
-    /// How well the sky is known, and when a band tells too little.
+    /// The error of the sky's radiance, and the amplification that masks a band.
     pub assumed: Assumed,
 }
 
-/// A band's radiance of the sky, as an isotropic one would have it, and what lies before the sensor.
+/// The surroundings in one band.
 #[derive(Debug, Clone, Copy)]
 struct Around {
+    /// Radiance of an isotropic sky with the same irradiance, W m-2 sr-1 um-1.
     l_downwelling: f64,
+    /// Transmittance and path radiance of the atmosphere.
     path: Option<(f64, f64)>,
 }
 
 impl Known {
-    /// For each wavelength; `own` is the sky that the file of radiances has.
+    /// The surroundings at each wavelength. `own` is the sky in the file of radiances.
     fn around(&self, wavelengths_um: &[f64], own: Option<&[f64]>) -> Result<Vec<Around>, Error> {
         let of = |(i, &um): (usize, &f64)| {
             let l_downwelling = match &self.sky {
@@ -82,12 +85,26 @@ impl Known {
         })
     }
 
-    fn retrieve(&self, measured: &[Measured], temperature: Temperature) -> Vec<Retrieved> {
-        measured.iter().map(|m| Retrieved::new(m, temperature, self.assumed)).collect()
+    fn retrieve(&self, measured: &Measured, temperature: Temperature) -> Retrieved {
+        Retrieved::new(measured, temperature, self.assumed)
     }
 }
 
-/// What was retrieved from one spectrum.
+/// The masked bands in a sentence.
+fn masked(bands: &[Retrieved], known: &Known) -> String {
+    let limit = known.assumed.amplification_limit;
+    masked_in_words(&masked_um(bands), limit)
+        .unwrap_or(format!("no band is masked: none amplifies errors more than {limit} times"))
+        + "\n"
+}
+
+/// Beyond what any emissivity can be, by more than noise and the rounding of files.
+fn is_outside([e, error]: &[f64; 2]) -> bool {
+    let margin = 3.0 * error + 1e-5;
+    *e < -margin || *e > 1.0 + margin
+}
+
+/// The result of one spectrum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spectrum {
     /// The radiance, by ascending wavelength.
@@ -98,9 +115,13 @@ pub struct Spectrum {
     pub retrieved: Vec<Retrieved>,
 }
 
-/// Retrieves from a CSV file with the columns `wavelength_um` and `radiance_w_m2_sr_um`, or as soilsig names the
-/// radiance: `l_target_...`, and `l_sensor_...` before an atmosphere. The standard error is in a column
-/// `..._standard_error_w_m2_sr_um`, or the one given for all bands.
+/// Retrieves from a CSV file with the columns `wavelength_um` and `radiance_w_m2_sr_um`. The
+/// radiance may also be named as in soilsig's results: `l_target_...`, or `l_sensor_...` before an
+/// atmosphere. Its standard error is `error`, else a column `..._standard_error_w_m2_sr_um`.
+///
+/// # Errors
+/// A file or column is missing or wrong; sky or atmosphere do not hold the wavelengths; the method
+/// finds no temperature.
 pub fn spectrum(path: &Path, error: Option<f64>, known: &Known) -> Result<Spectrum, Error> {
     let columns = Columns::read(path)?;
     let (um, rows) = columns.ascending_um()?;
@@ -123,22 +144,31 @@ pub fn spectrum(path: &Path, error: Option<f64>, known: &Known) -> Result<Spectr
         })
         .collect();
     let temperature = known.temperature(&measured)?;
-    let retrieved = known.retrieve(&measured, temperature);
+    let retrieved = measured.iter().map(|m| known.retrieve(m, temperature)).collect();
     Ok(Spectrum { measured, temperature, retrieved })
 }
 
+/// Headings of the CSV file.
+const COLUMNS: [&str; 10] = [
+    "wavelength_um",
+    "l_target_w_m2_sr_um",
+    "l_target_standard_error_w_m2_sr_um",
+    "l_downwelling_w_m2_sr_um",
+    "l_blackbody_w_m2_sr_um",
+    "brightness_temperature_k",
+    "brightness_temperature_standard_error_k",
+    "amplification",
+    "emissivity",
+    "emissivity_standard_error",
+];
+
 impl Spectrum {
-    /// As CSV; masked bands have empty fields.
+    /// The result as CSV. Fields of masked bands are empty.
     pub fn csv_text(&self) -> String {
-        let mut text = String::from(
-            "wavelength_um,l_target_w_m2_sr_um,l_target_standard_error_w_m2_sr_um,\
-             l_downwelling_w_m2_sr_um,l_blackbody_w_m2_sr_um,brightness_temperature_k,\
-             brightness_temperature_standard_error_k,amplification,emissivity,emissivity_standard_error\n",
-        );
+        let mut csv = Csv::new(&COLUMNS);
         for (m, r) in self.measured.iter().zip(&self.retrieved) {
             let brightness = m.brightness_temperature();
-            let _ = write!(text, "{}", m.wavelength_um);
-            for value in [
+            let numbers = [
                 Some(m.l_target).filter(|l| l.is_finite()),
                 Some(m.l_target_error).filter(|l| l.is_finite()),
                 Some(m.l_downwelling),
@@ -148,18 +178,13 @@ impl Spectrum {
                 Some(r.amplification),
                 r.emissivity.map(|[e, _]| e),
                 r.emissivity.map(|[_, error]| error),
-            ] {
-                let _ = match value {
-                    Some(value) => write!(text, ",{value:.7}"),
-                    None => write!(text, ","),
-                };
-            }
-            text.push('\n');
+            ];
+            csv.row([m.wavelength_um.to_string()].into_iter().chain(numbers.map(decimals)));
         }
-        text
+        csv.text()
     }
 
-    /// The temperature, what is masked and what cannot be.
+    /// The temperature, the masked bands and warnings, for the terminal.
     pub fn in_words(&self, known: &Known) -> String {
         let how = match known.target {
             Target::Given(_) => "as given".to_owned(),
@@ -167,41 +192,31 @@ impl Spectrum {
         };
         let Temperature { k, error_k } = self.temperature;
         let mut text = format!("target at {k:.3} +- {error_k:.3} K, {how}\n");
-        let limit = known.assumed.amplification_limit;
-        let masked = masked_in_words(&masked_um(&self.retrieved), limit);
-        text += &masked
-            .unwrap_or(format!("no band is masked: none amplifies errors more than {limit} times"));
-        text.push('\n');
+        text += &masked(&self.retrieved, known);
         let outside = self.retrieved.iter().filter_map(|r| r.emissivity).filter(is_outside).count();
         if outside > 0 {
             let _ = writeln!(
                 text,
-                "warning: {outside} bands give an emissivity outside 0 to 1 by over three standard errors: \
-                 temperature, sky or radiance are not what they are taken for"
+                "warning: {outside} bands give an emissivity outside 0 to 1 by over three standard \
+                 errors: temperature, sky or radiance are wrong"
             );
         }
-        if let Some(elsewhere) = self.other_temperature(known) {
+        if let Some(Temperature { k, error_k }) = self.other_temperature(known) {
             let _ = writeln!(
                 text,
-                "at 7.36 um, where quartz is black, the target looks {:.2} +- {:.2} K warm: if it is quartz, the \
-                 temperature given is wrong",
-                elsewhere.k, elsewhere.error_k
+                "warning: at 7.36 um, where quartz is black, the target looks {k:.2} +- \
+                 {error_k:.2} K warm: if it is quartz, the given temperature is wrong"
             );
         }
         text
     }
 
-    /// The target's temperature by its radiance where quartz is black, if it contradicts the one that was given (95 %).
+    /// The temperature from the radiance where quartz is black, if it contradicts the given one
+    /// (95 %).
     fn other_temperature(&self, known: &Known) -> Option<Temperature> {
         let Target::Given(given) = known.target else { return None };
         let found = separate(Method::Christiansen, &self.measured, known.assumed).ok()?;
         let apart = (found.k - given.k).abs();
         (apart > 2.0 * found.error_k.hypot(given.error_k)).then_some(found)
     }
-}
-
-/// Beyond what any emissivity can be, by more than noise makes and more than rounding in the file does.
-fn is_outside([e, error]: &[f64; 2]) -> bool {
-    let room = 3.0 * error + 1e-5;
-    *e < -room || *e > 1.0 + room
 }

@@ -1,15 +1,12 @@
-//! Two columns of text: wavelength and emissivity, or what the heading says.
+//! Two columns of text: wavelength and emissivity, or what the heading names.
 
-use std::fmt::Write as _;
 use std::path::Path;
 
 use super::{Quantity, Reading, Tabulated, Unit, refuse_transmission, row, text, wrong};
 use crate::spectrum::SpectrumError;
-use crate::support::error::Error;
-use crate::support::output;
 
-/// Columns are parted by commas, semicolons or white space. Lines that start with # are left out; a
-/// heading may come first.
+/// Commas, semicolons or white space separate the columns. Lines that begin with # are comments;
+/// the first other line may be a heading.
 pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, SpectrumError> {
     let text = text(path)?;
     let (mut unit, mut quantity) = (Unit::Micrometre, None);
@@ -26,16 +23,13 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
             if !reading.is_response {
                 refuse_transmission(path, line)?;
             }
-            // Where white space parts columns the unit may stand apart.
+            // With white space between columns the unit may be a field of its own.
             let apart = fields.get(1).filter(|field| field.starts_with(['(', '[']));
             let wavelength = [fields[0]].into_iter().chain(apart.copied()).collect::<String>();
             let named = Unit::named(&wavelength);
             if named.is_none() && wavelength.contains(['(', '[']) {
-                return Err(wrong(
-                    path,
-                    i,
-                    format!("the heading {line:?} names no unit of wavelengths that is known"),
-                ));
+                let problem = format!("the heading {line:?} names no known unit of wavelength");
+                return Err(wrong(path, i, problem));
             }
             unit = named.unwrap_or(unit);
             quantity = Quantity::named(fields[1..].join(" ").as_str());
@@ -56,12 +50,4 @@ fn fields(line: &str) -> Vec<&str> {
         Some(mark) => line.split(mark).map(str::trim).collect(),
         None => line.split_whitespace().collect(),
     }
-}
-
-pub(super) fn write(path: &Path, wavelength_um: &[f64], emissivity: &[f64]) -> Result<(), Error> {
-    let mut text = String::from("wavelength_um,emissivity\n");
-    for (um, emissivity) in wavelength_um.iter().zip(emissivity) {
-        let _ = writeln!(text, "{um},{emissivity}");
-    }
-    Ok(output::bytes(path, text.as_bytes())?)
 }

@@ -1,19 +1,16 @@
 //! DIRSIG's emissivity file: the number of curves, 91 weights by angle, the curves.
 
-use std::fmt::Write as _;
 use std::path::Path;
 
-use super::{Quantity, Reading, Tabulated, Unit, number, row, text, wrong};
+use super::{Quantity, Reading, Tabulated, Unit, columns, number, row, text, wrong};
 use crate::spectrum::SpectrumError;
 use crate::spectrum::tabulated::Warning;
-use crate::support::error::Error;
-use crate::support::output;
 
 /// Weights for 0 to 90 degrees.
 const WEIGHTS: usize = 91;
 
-/// Reads both forms: curves that start with `CURVE_BEGIN`, in um, and the old ones that start with their
-/// number, in cm-1.
+/// Reads both forms: curves that begin with `CURVE_BEGIN`, in um, and old ones that begin with
+/// their number, in cm-1.
 pub(super) fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, SpectrumError> {
     let text = text(path)?;
     let mut lines = text
@@ -21,7 +18,7 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, Spe
         .enumerate()
         .map(|(i, line)| (i + 1, line.trim()))
         .filter(|(_, line)| !line.is_empty());
-    let ends = || wrong(path, text.lines().count(), "the file ends early");
+    let ends = || wrong(path, text.lines().count(), "the file is cut short");
     let (at, count) = lines.next().ok_or_else(ends)?;
     let count: usize = count
         .parse()
@@ -38,15 +35,12 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, Spe
             (["CURVE_BEGIN"], _) => curves.push((Unit::Micrometre, Vec::new())),
             ([_], _) => curves.push((Unit::Wavenumber, Vec::new())),
             (_, Some((unit, rows))) => rows.push(row(path, i, *unit, &fields)?),
-            (_, None) => return Err(wrong(path, i, "a curve starts with CURVE_BEGIN")),
+            (_, None) => return Err(wrong(path, i, "a curve must begin with CURVE_BEGIN")),
         }
     }
     if curves.len() != count {
-        return Err(wrong(
-            path,
-            at,
-            format!("{count} curves are announced, {} are there", curves.len()),
-        ));
+        let problem = format!("{count} curves are announced, {} are there", curves.len());
+        return Err(wrong(path, at, problem));
     }
     let is_one = count == 1;
     curves
@@ -62,17 +56,12 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, Spe
         .collect()
 }
 
-pub(super) fn write(
-    path: &Path,
-    wavelength_um: &[f64],
-    curves: &[(String, Vec<f64>)],
-) -> Result<(), Error> {
+/// The text of a file with some curves.
+pub(super) fn text_of(wavelength_um: &[f64], curves: &[(String, Vec<f64>)]) -> String {
     let mut text = format!("{}\n{}", curves.len(), "1.0\n".repeat(WEIGHTS));
-    for (_, emissivity) in curves {
-        text.push_str("CURVE_BEGIN\n");
-        for (um, emissivity) in wavelength_um.iter().zip(emissivity) {
-            let _ = writeln!(text, "{um} {emissivity}");
-        }
+    for (_, curve) in curves {
+        text += "CURVE_BEGIN\n";
+        text += &columns(wavelength_um, curve, ' ');
     }
-    Ok(output::bytes(path, text.as_bytes())?)
+    text
 }

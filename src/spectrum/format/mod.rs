@@ -1,23 +1,25 @@
-//! Files that spectra come from and go to: one format a file.
+//! Spectra in files: one module for each format.
 
 mod csv;
 mod ecostress;
 mod ems;
-mod envi;
+pub(crate) mod envi;
 mod usgs;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::tabulated::{Quantity, Row, Tabulated};
 use super::{Spectrum, SpectrumError};
 use crate::support::error::Error;
+use crate::support::file_error::FileError;
+use crate::support::output;
 
-/// What a figure with curves of the ECOSTRESS library has to carry.
-pub const ECOSTRESS_CREDIT: &str = "Library spectra: reproduced from the ECOSTRESS Spectral Library through the courtesy \
-     of the Jet Propulsion Laboratory, California Institute of Technology, Pasadena, California. Copyright (c) 2017, \
-     California Institute of Technology. All rights reserved. Meerdink et al., Remote Sens. Environ. 230, 111196 (2019); \
-     Baldridge et al., Remote Sens. Environ. 113, 711-715 (2009).";
+/// The credit that a figure with curves of the ECOSTRESS library must show.
+pub const ECOSTRESS_CREDIT: &str = "Library spectra: reproduced from the ECOSTRESS Spectral \
+     Library through the courtesy of the Jet Propulsion Laboratory, California Institute of \
+     Technology, Pasadena, California. Copyright (c) 2017, California Institute of Technology. All \
+     rights reserved. Meerdink et al., Remote Sens. Environ. 230, 111196 (2019); Baldridge et al., \
+     Remote Sens. Environ. 113, 711-715 (2009).";
 
 /// A format that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,7 +37,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// What it is called.
+    /// Its name.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Csv => "two-column text",
@@ -46,12 +48,13 @@ impl Format {
         }
     }
 
-    /// By the file's ending, else by its first line.
+    /// The format of a file: by its ending, else by its first line.
     pub fn of(path: &Path) -> Result<Self, SpectrumError> {
-        match ending(path).as_str() {
-            "sli" | "hdr" => return Ok(Self::Envi),
-            "ems" => return Ok(Self::Ems),
-            _ => {}
+        if is_envi(path) {
+            return Ok(Self::Envi);
+        }
+        if ending(path) == "ems" {
+            return Ok(Self::Ems);
         }
         let text = text(path)?;
         let first = text.lines().next().unwrap_or_default();
@@ -65,27 +68,24 @@ impl Format {
     }
 }
 
-/// All files that a spectrum's file is read with: of a library in two files both.
-pub fn files(path: &Path) -> Result<Vec<PathBuf>, SpectrumError> {
-    Ok(match Format::of(path)? {
-        Format::Envi => {
-            let (data, header) = envi::pair(path);
-            vec![data, header]
-        }
-        _ => vec![path.to_owned()],
-    })
+/// All files that belong to a spectrum's file: a library of two files gives both.
+pub fn files(path: &Path) -> Vec<PathBuf> {
+    if is_envi(path) {
+        return envi::pair(path).to_vec();
+    }
+    vec![path.to_owned()]
 }
 
-/// How a file is to be read, beyond what it says itself.
+/// How to read a file, beyond what it says itself.
 #[derive(Debug, Clone, Default)]
 pub struct Reading {
-    /// What the values are, where the file does not say.
+    /// The quantity of the values, if the file does not say it.
     pub quantity: Option<Quantity>,
-    /// The file of wavelengths, for formats that keep them apart (USGS).
+    /// The file of wavelengths, for formats with a separate one (USGS).
     pub wavelengths: Option<PathBuf>,
-    /// Only these wavelengths, um.
+    /// The range to read, um.
     pub range_um: Option<[f64; 2]>,
-    /// Whether the values are a sensor's response, which may be called a transmittance.
+    /// Whether the values are a sensor's response: its heading may say transmittance.
     pub is_response: bool,
 }
 
@@ -100,7 +100,7 @@ pub fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, SpectrumEr
     }
 }
 
-/// Reads the one spectrum of a file.
+/// Reads the spectrum of a file that holds one.
 pub fn read_one(path: &Path, reading: &Reading) -> Result<Tabulated, SpectrumError> {
     let mut all = read(path, reading)?;
     if all.len() == 1 {
@@ -112,34 +112,43 @@ pub fn read_one(path: &Path, reading: &Reading) -> Result<Tabulated, SpectrumErr
     })
 }
 
-/// Writes emissivities on common wavelengths (um, ascending), by the file's ending: .csv takes one
-/// curve, .sli (with its .hdr beside) and .ems several. The same numbers are read back to the last bit.
+/// Writes emissivities at common wavelengths (um, ascending) in the format of the file's ending.
+/// A .csv file holds one curve; .sli (with its .hdr) and .ems files hold several. Reading gives the
+/// same numbers, bit for bit.
 pub fn write(
     path: &Path,
     wavelength_um: &[f64],
     curves: &[(String, Vec<f64>)],
 ) -> Result<(), Error> {
-    let unfit = |problem: String, hint| {
-        Err(SpectrumError::File { path: path.to_owned(), problem, hint }.into())
-    };
+    let unfit = |problem: &str, hint| Err(FileError::wrong(path, problem).with_hint(hint).into());
     match ending(path).as_str() {
         "csv" if curves.len() > 1 => unfit(
-            format!("a .csv file holds one spectrum, not {}", curves.len()),
+            &format!("a .csv file holds one spectrum, not {}", curves.len()),
             "write a .sli or .ems file",
         ),
-        "csv" => csv::write(path, wavelength_um, &curves[0].1),
+        "csv" => {
+            let rows = columns(wavelength_um, &curves[0].1, ',');
+            Ok(output::bytes(path, format!("wavelength_um,emissivity\n{rows}").as_bytes())?)
+        }
         "sli" => envi::write(path, wavelength_um, curves),
-        "ems" => ems::write(path, wavelength_um, curves),
-        _ => unfit("spectra are written as .csv, .sli or .ems".into(), "end the name of --out so"),
+        "ems" => Ok(output::bytes(path, ems::text_of(wavelength_um, curves).as_bytes())?),
+        _ => unfit("spectra are written as .csv, .sli or .ems", "give --out one of these endings"),
     }
 }
 
-/// The emissivity of a spectrum at wavelengths (um); for [`write`].
+/// Rows of wavelength and emissivity.
+fn columns(wavelength_um: &[f64], emissivity: &[f64], separator: char) -> String {
+    let points = wavelength_um.iter().zip(emissivity);
+    let rows = points.map(|(um, emissivity)| format!("{um}{separator}{emissivity}\n"));
+    rows.collect::<Vec<_>>().concat()
+}
+
+/// The emissivity of a spectrum at wavelengths (um), for [`write()`].
 pub fn sampled(spectrum: &Spectrum, wavelength_um: &[f64]) -> Result<Vec<f64>, SpectrumError> {
     wavelength_um.iter().map(|&um| spectrum.emissivity(um)).collect()
 }
 
-/// In what a file counts wavelengths.
+/// The unit of a file's wavelengths.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Unit {
     Micrometre,
@@ -148,7 +157,7 @@ pub(crate) enum Unit {
 }
 
 impl Unit {
-    /// What a heading or label says, if it says it.
+    /// The unit that a heading or label names, if it names one.
     pub(crate) fn named(text: &str) -> Option<Self> {
         let text = text.to_lowercase();
         let has = |parts: &[&str]| parts.iter().any(|part| text.contains(part));
@@ -174,35 +183,31 @@ impl Unit {
     }
 }
 
+fn is_envi(path: &Path) -> bool {
+    ["sli", "hdr"].contains(&&*ending(path))
+}
+
 fn ending(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
 /// A text file in UTF-8, else in Latin-1, without a byte order mark.
 fn text(path: &Path) -> Result<String, SpectrumError> {
-    let bytes =
-        fs::read(path).map_err(|source| SpectrumError::Read { path: path.to_owned(), source })?;
-    Ok(crate::support::envi::text(bytes))
+    Ok(crate::support::text::read(path)?)
 }
 
-/// Whether a label says transmission, in any of the spellings that libraries have.
-fn is_transmission(label: &str) -> bool {
-    let label = label.to_lowercase();
-    ["transmi", "transit"].iter().any(|part| label.contains(part))
-}
-
+/// Refuses a label that says transmission, in any of the libraries' spellings.
 fn refuse_transmission(path: &Path, label: &str) -> Result<(), SpectrumError> {
-    if is_transmission(label) {
-        return Err(SpectrumError::Transmission {
-            path: path.to_owned(),
-            said: label.trim().into(),
-        });
+    let lower = label.to_lowercase();
+    if ["transmi", "transit"].iter().any(|part| lower.contains(part)) {
+        let (path, said) = (path.to_owned(), label.trim().into());
+        return Err(SpectrumError::Transmission { path, said });
     }
     Ok(())
 }
 
-fn wrong(path: &Path, line: usize, problem: impl Into<String>) -> SpectrumError {
-    SpectrumError::Form { path: path.to_owned(), line: line as u64, problem: problem.into() }
+fn wrong(path: &Path, line: usize, problem: impl Into<Box<str>>) -> SpectrumError {
+    FileError::wrong_in_line(path, line as u64, problem).into()
 }
 
 /// A number of a text file; `line` counts from 1.
@@ -211,7 +216,7 @@ fn number(path: &Path, line: usize, field: &str) -> Result<f64, SpectrumError> {
     field.parse().map_err(|_| wrong(path, line, format!("{field:?} is not a number")))
 }
 
-/// Values that stand for deleted channels: that of SPECPR, -1.23e34, in any rounding.
+/// `None` for the value of deleted channels: that of SPECPR, -1.23e34, in any rounding.
 fn unless_deleted(value: f64) -> Option<f64> {
     (value > -1e34).then_some(value).or_else(|| value.is_nan().then_some(value))
 }
@@ -219,7 +224,11 @@ fn unless_deleted(value: f64) -> Option<f64> {
 /// A row of two numbers.
 fn row(path: &Path, line: usize, unit: Unit, fields: &[&str]) -> Result<Row, SpectrumError> {
     let [x, y] = fields else {
-        return Err(wrong(path, line, format!("{} columns where two are wanted", fields.len())));
+        return Err(wrong(
+            path,
+            line,
+            format!("there are {} columns where two are needed", fields.len()),
+        ));
     };
     Ok(Row {
         line: line as u64,

@@ -1,11 +1,12 @@
-//! Text of the USGS spectral library, version 7: one column of values, the wavelengths in a file of
-//! their own.
+//! Text of the USGS spectral library, version 7: one column of values; the wavelengths are in a
+//! separate file.
 
 use std::path::Path;
 
 use super::{Quantity, Reading, Row, Tabulated, number, refuse_transmission, text, unless_deleted};
 use crate::spectrum::SpectrumError;
 use crate::spectrum::tabulated::Warning;
+use crate::support::file_error::FileError;
 
 /// Whether a first line is the title of such a file: " splib07a Record=5932: ...".
 pub(super) fn is_title(line: &str) -> bool {
@@ -13,28 +14,24 @@ pub(super) fn is_title(line: &str) -> bool {
 }
 
 pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, SpectrumError> {
-    let unfit = |problem, hint| SpectrumError::File { path: path.to_owned(), problem, hint };
     let Some(beside) = &reading.wavelengths else {
-        return Err(unfit(
-            "the wavelengths stand in another file of the library".into(),
-            "write both to one: `soilsig spectra convert FILE --wavelengths \
-             splib07a_Wavelengths_....txt --out FILE.csv`",
-        ));
+        return Err(FileError::wrong(path, "its wavelengths are in another file of the library")
+            .with_hint(
+                "write both to one file: `soilsig spectra convert FILE --wavelengths \
+                 splib07a_Wavelengths_....txt --out FILE.csv`",
+            )
+            .into());
     };
     let (title, values) = column(path)?;
     let (_, wavelengths) = column(beside)?;
     let name = title.split_once(": ").map_or(title.as_str(), |(_, name)| name);
     refuse_transmission(path, name)?;
     if values.len() != wavelengths.len() {
-        return Err(unfit(
-            format!(
-                "{} values for the {} wavelengths of {}",
-                values.len(),
-                wavelengths.len(),
-                beside.display()
-            ),
-            "each spectrometer of the library has its own file of wavelengths: the title names it",
-        ));
+        let (values, um, beside) = (values.len(), wavelengths.len(), beside.display());
+        let problem = format!("it has {values} values, but {beside} has {um} wavelengths");
+        return Err(FileError::wrong(path, problem)
+            .with_hint("use the wavelength file of the spectrometer that the title names")
+            .into());
     }
     let rows = values
         .into_iter()
@@ -50,7 +47,7 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
     Ok(spectrum)
 }
 
-/// The title and the numbers, each with its line.
+/// The title, and the numbers with their lines.
 fn column(path: &Path) -> Result<(String, Vec<(u64, f64)>), SpectrumError> {
     let text = text(path)?;
     let mut lines = text.lines().enumerate().map(|(i, line)| (i + 1, line));

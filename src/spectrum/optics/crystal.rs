@@ -35,7 +35,8 @@ pub struct Factor {
 
 /// The dielectric function along one axis of a crystal, at v = 1e4 / wavelength in cm-1:
 ///
-/// eps = eps_inf prod (LO^2 - v^2 - i gLO v) / (TO^2 - v^2 - i gTO v) + sum S v0^2 / (v0^2 - v^2 - i g v0 v)
+/// eps = eps_inf prod (LO^2 - v^2 - i gLO v) / (TO^2 - v^2 - i gTO v) + sum S v0^2 / (v0^2 - v^2 -
+/// i g v0 v)
 ///
 /// Published sets of constants have either factors or oscillators.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -82,37 +83,37 @@ impl Axis {
     }
 }
 
-/// Optical constants of a uniaxial crystal, as they stand in a file of spectra/.
+/// Optical constants of a uniaxial crystal, from a file in spectra/.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct UniaxialCrystal {
-    /// What they are constants of.
+    /// The crystal and the kind of constants.
     pub title: String,
-    /// Where they come from.
+    /// Their source.
     pub citation: String,
-    /// Wavelengths in which they hold, um.
+    /// Range of wavelengths in which they hold, um.
     pub range_um: [f64; 2],
-    /// Across the optic axis.
+    /// For an electric field across the optic axis.
     pub ordinary: Axis,
-    /// Along the optic axis.
+    /// For an electric field along the optic axis.
     pub extraordinary: Axis,
 }
 
 impl UniaxialCrystal {
-    /// Reflectance of a smooth face to unpolarised light at a cosine of the angle of incidence,
-    /// 0 to 1, with the crystal's axes at random: (2 Ro + Re) / 3.
+    /// Reflectance of a smooth face for unpolarised light at a cosine of the angle of incidence,
+    /// 0 to 1, with randomly oriented crystal axes: (2 Ro + Re) / 3.
     pub fn reflectance(&self, wavelength_um: f64, cosine: f64) -> f64 {
         self.mean(wavelength_um, |eps| unpolarised_reflectance(eps, cosine))
     }
 
-    /// The same for light from all of the hemisphere.
+    /// The same for light from the whole hemisphere.
     pub fn hemispherical_reflectance(&self, wavelength_um: f64) -> f64 {
         self.mean(wavelength_um, |eps| {
             hemispherical_mean(|cosine| unpolarised_reflectance(eps, cosine))
         })
     }
 
-    /// Share of light that is left after a path within the crystal, um, with its axes at random.
+    /// Transmittance of a path within the crystal, um, with randomly oriented axes.
     pub fn transmittance(&self, wavelength_um: f64, path_um: f64) -> f64 {
         self.mean(wavelength_um, |eps| (-4.0 * PI * eps.sqrt().im * path_um / wavelength_um).exp())
     }
@@ -172,8 +173,9 @@ mod tests {
 
     #[test]
     fn the_constants_recovered_from_the_tables_of_zeidler_posch_and_mutschke_return_their_rows() {
-        // Astron. Astrophys. 553, A81 (2013), natural quartz at 300 K: wavenumber in cm-1, n, k. Those of 1333 and 910 are
-        // among the rows that the parameters were recovered from, the others are not.
+        // Astron. Astrophys. 553, A81 (2013), natural quartz at 300 K: wavenumber in cm-1, n, k.
+        // Those of 1333 and 910 are among the rows that the parameters were recovered from, the
+        // others are not.
         let quartz = crystal("quartz_zeidler").expect("shipped");
         for (axis, rows) in [
             (

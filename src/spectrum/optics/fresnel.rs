@@ -1,4 +1,4 @@
-//! Reflection at a smooth face (Fresnel), from air or vacuum into a medium that absorbs.
+//! Fresnel reflection at a smooth face, from vacuum into an absorbing medium.
 
 use num_complex::Complex64;
 
@@ -17,8 +17,9 @@ pub fn normal_reflectance(index: Complex64) -> f64 {
     ((index - 1.0) / (index + 1.0)).norm_sqr()
 }
 
-/// The mean over a hemisphere, each direction by its cosine: the integral of 2 mu f(mu) over mu from
-/// 0 to 1, by midpoints. A constant is returned to rounding; a Fresnel reflectance to 1e-4 or better.
+/// The mean over a hemisphere, each direction by its cosine: the integral of 2 mu f(mu) over mu
+/// from 0 to 1, by midpoints. A constant is returned to rounding; a Fresnel reflectance to 1e-4 or
+/// better.
 pub fn hemispherical_mean(of_cosine: impl Fn(f64) -> f64) -> f64 {
     const POINTS: u32 = 256;
     let step = f64::from(POINTS).recip();
@@ -50,7 +51,8 @@ mod tests {
         let (i, t) = (45_f64.to_radians(), (45_f64.to_radians().sin() / 1.5).asin());
         let (rs, rp) = ((i - t).sin() / (i + t).sin(), (i - t).tan() / (i + t).tan());
         assert!((at(45.0) - f64::midpoint(rs * rs, rp * rp)).abs() < 1e-15);
-        // At tan i = n nothing is reflected within the plane: half of ((n^2 - 1) / (n^2 + 1))^2 is left.
+        // At tan i = n nothing is reflected within the plane: half of ((n^2 - 1) / (n^2 + 1))^2 is
+        // left.
         let brewster = 0.5 * (1.25_f64 / 3.25).powi(2);
         assert!((at(1.5_f64.atan().to_degrees()) - brewster).abs() < 1e-15);
         assert!((at(90.0) - 1.0).abs() < 1e-15);

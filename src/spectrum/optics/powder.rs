@@ -7,40 +7,32 @@ use serde::Deserialize;
 
 use super::{Axis, UniaxialCrystal, normal_reflectance};
 
-/// Parameters of [`PowderForm`], as they stand in a file of spectra/.
+/// Parameters of [`PowderForm`], from a file in spectra/. Other keys of the file are for the script
+/// that fits them.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct PowderParameters {
-    /// What the powder is, and that the form is a fit.
+    /// The powder; it says that the form is a fit.
     pub title: String,
-    /// What was fitted, and its source.
+    /// The fitted data and their source.
     pub citation: String,
-    /// The shipped set of optical constants that the changes start from.
+    /// The shipped set of optical constants that the changes apply to.
     pub constants: String,
-    /// Wavelengths in which the form holds, um.
+    /// Range of wavelengths in which the form holds, um.
     pub range_um: [f64; 2],
-    /// Root mean square error in emissivity against the sample fitted.
+    /// Root mean square error in emissivity for the fitted sample.
     pub rms: f64,
-    /// The same against a sample that was not fitted.
+    /// The same for a sample that was not fitted.
     pub rms_other_sample: f64,
-    /// The largest error against the sample fitted, with its sign.
-    pub largest_error: f64,
-    /// Where it is, um.
-    pub largest_error_at_um: f64,
-    /// Where the sample has its Christiansen maximum, um: the fit flattens its slope there.
-    pub christiansen_um: f64,
-    /// Weight of that slope (per um) among the errors.
-    pub christiansen_weight: f64,
-    /// The numbers that were fitted, by their place in the file.
+    /// The fitted numbers, by their place in the file.
     pub fitted: Vec<String>,
-    /// Weight of the ordinary ray in Rs and T, the extraordinary ray having the rest.
+    /// Weight of the ordinary ray in Rs and T; the extraordinary ray has the rest.
     pub ordinary_weight: f64,
     /// Added to the extraordinary ray's eps_inf.
     #[serde(default)]
     pub extraordinary_eps_inf_shift: f64,
-    /// The share of surface reflection.
+    /// Surface reflection.
     pub surface: Surface,
-    /// The share of volume scattering, where there is one.
+    /// Volume scattering, if there is any.
     #[serde(default)]
     pub volume: Option<Volume>,
     /// Changes to the crystal's oscillators.
@@ -62,12 +54,12 @@ pub struct Volume {
     b: f64,
     r0: f64,
     d_um: f64,
-    /// Shape of the distribution of path lengths, T = (1 + x/m)^-m; exp(-x) without it.
+    /// Shape of the distribution of path lengths, T = (1 + x/m)^-m. Default: exp(-x).
     #[serde(default)]
     m: Option<f64>,
 }
 
-/// A change to some oscillators, found by their resonance in the crystal's constants.
+/// A change to some oscillators, which the file names by their resonance.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Change {
@@ -88,8 +80,9 @@ fn one() -> f64 {
 ///
 /// eps = 1 - a Rs (1 - c) / (1 - c Rs) - b (1 - Rs) T Rs / (Rs + R0),
 ///
-/// surface reflection with multiple scattering less volume scattering that absorption within a
-/// grain damps. Rs is at normal incidence. It is a fit, valid in its range only.
+/// with surface reflection and multiple scattering, and volume scattering that absorption within
+/// a grain damps. Rs is the reflectance at normal incidence. The form is a fit, valid only in its
+/// range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PowderForm {
     /// The parameters, with their range and source.
@@ -99,7 +92,7 @@ pub struct PowderForm {
 }
 
 impl PowderForm {
-    /// The form of one size fraction: the crystal's constants, changed where the fit changes them.
+    /// The form of one size fraction, from the crystal's constants with the changes of the fit.
     pub fn new(crystal: &UniaxialCrystal, parameters: PowderParameters) -> Self {
         let changed = |axis: &Axis| {
             let mut axis = axis.clone();
@@ -143,7 +136,7 @@ impl PowderForm {
 mod tests {
     use crate::spectrum::Spectrum;
 
-    /// The values are those of scripts/fit_powder.py, which computes them on its own.
+    /// The values are from scripts/fit_powder.py, an independent computation.
     #[test]
     fn shipped_forms_give_the_values_of_the_script_that_fits_them() {
         for (name, values) in [
@@ -159,7 +152,7 @@ mod tests {
         }
     }
 
-    /// What they owe to the measured powders in known features, without a measured file.
+    /// Known features of measured powders.
     #[test]
     fn shipped_forms_have_the_features_of_measured_quartz() {
         for (name, christiansen_um, at_least, most_fitted) in [

@@ -196,7 +196,7 @@ impl Trade {
     pub fn write(&self, tolerance: f64, folder: &Path) -> Result<(), Error> {
         output::folder(folder)?;
         let csv = csv(&self.settings, &self.reference);
-        output::bytes(&folder.join("chart.csv"), &csv)?;
+        output::bytes(&folder.join("chart.csv"), csv.as_bytes())?;
         let svg = svg::trade_svg(self, tolerance, &machine())?;
         output::bytes(&folder.join("chart.svg"), svg.as_bytes())?;
         let png = plot::png(&svg, plot::PIXELS_PER_UNIT)?;

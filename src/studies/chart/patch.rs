@@ -5,6 +5,7 @@ use crate::geometry;
 use crate::histogram::Histogram;
 use crate::scene::{Grid, Scene, Sides};
 use crate::support::error::Error;
+use crate::support::linear::interpolate;
 use crate::support::monitor::Monitor;
 use crate::support::random::{Purpose, Sampler};
 use crate::table::Prepared;
@@ -168,23 +169,14 @@ impl Patch<'_> {
         Ok(self.bands.iter().map(of).collect())
     }
 
-    /// The bands of which only each so-manieth is evaluated, and straight lines between them.
+    /// Evaluates only every n-th band, with straight lines between them.
     fn interpolated(&self, histogram: &Histogram, stride: usize) -> Vec<f64> {
         let last = self.bands.len() - 1;
-        let at = |band: usize| 1.0 - histogram.weight(&self.bands[band]).mean;
-        let mut emissivity = Vec::with_capacity(self.bands.len());
-        let mut left = (0, at(0));
-        while left.0 < last {
-            let number = (left.0 + stride).min(last);
-            let right = (number, at(number));
-            let um = |band: usize| self.wavelengths_um[band];
-            for band in left.0..number {
-                let share = (um(band) - um(left.0)) / (um(number) - um(left.0));
-                emissivity.push(left.1 + share * (right.1 - left.1));
-            }
-            left = right;
-        }
-        emissivity.push(left.1);
-        emissivity
+        let (um, emissivity): (Vec<f64>, Vec<f64>) = (0..last)
+            .step_by(stride)
+            .chain([last])
+            .map(|band| (self.wavelengths_um[band], 1.0 - histogram.weight(&self.bands[band]).mean))
+            .unzip();
+        self.wavelengths_um.iter().map(|&at| interpolate(&um, &emissivity, at)).collect()
     }
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::{Reference, Setting, Took};
+use crate::support::csv::{Csv, decimals};
 use crate::support::error::Failure;
 
 const HEADINGS: [&str; 10] = [
@@ -56,17 +57,15 @@ impl Failure for BesideError {
 }
 
 /// The settings as CSV; the errors are against that reference but of settings measured elsewhere.
-pub fn csv(settings: &[Setting], reference: &Reference) -> Vec<u8> {
-    let mut csv = csv::Writer::from_writer(Vec::new());
-    csv.write_record(HEADINGS).expect("a Vec takes all");
+pub fn csv(settings: &[Setting], reference: &Reference) -> String {
+    let mut csv = Csv::new(&HEADINGS);
     for s in settings {
         let floors = s.elsewhere.unwrap_or([reference.floor(), reference.worst_floor()]);
         let numbers = [s.took.wall_s, s.took.cpu_s, s.rms, s.worst, s.bias, floors[0], floors[1]];
         let words = [s.level.clone(), s.setting.clone(), s.repeats.to_string()];
-        let row = words.into_iter().chain(numbers.map(|x| format!("{x:.7}")));
-        csv.write_record(row).expect("a Vec takes all");
+        csv.row(words.into_iter().chain(numbers.map(decimals)));
     }
-    csv.into_inner().expect("a Vec takes all")
+    csv.text()
 }
 
 /// Settings that were measured elsewhere, by another program or on another machine.

@@ -3,58 +3,26 @@
 use std::collections::HashSet;
 
 use crate::draw::plot::PlotError;
-use crate::draw::plot::legend::{Legend, Pen};
-use crate::draw::plot::svg::{Anchor, Point, Svg, text_width, wrapped};
+use crate::draw::plot::axis::Axis;
+use crate::draw::plot::label::Area;
+use crate::draw::plot::legend::Pen;
+use crate::draw::plot::page::{Layout, Page};
+use crate::draw::plot::svg::{Anchor, Point, Svg, text_width};
 use crate::studies::chart::{Setting, Trade};
 use crate::support::statistics::T_95;
 
-const WIDTH: f64 = 760.0;
-const LEFT: f64 = 74.0;
-const RIGHT: f64 = 740.0;
-const PLOT_HEIGHT: f64 = 400.0;
-const TITLE_SIZE: f64 = 16.0;
-const AXIS_SIZE: f64 = 13.5;
-const TICK_SIZE: f64 = 12.0;
 const NOTE_SIZE: f64 = 11.0;
-const CAPTION_SIZE: f64 = 10.5;
 const BESIDE: &str = "Squares: measured elsewhere, each level against a reference of its own; the line and the ring leave them out.";
 
-/// A scale by powers of ten.
-struct Decades {
-    low: f64,
-    high: f64,
-    from: f64,
-    to: f64,
-}
-
-impl Decades {
-    /// Holds all values, with a little room at both ends.
-    fn new(values: impl Iterator<Item = f64>, (from, to): (f64, f64)) -> Option<Self> {
-        let logs = values.filter(|value| *value > 0.0).map(f64::log10);
-        let (low, high) =
-            logs.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-        let room = 0.05 * (high - low).max(1.0);
-        low.is_finite().then_some(Self { low: low - room, high: high + room, from, to })
+/// An axis by powers of ten that holds all values, with a little room at both ends.
+fn decades(values: impl Iterator<Item = f64>, places: (f64, f64)) -> Result<Axis, PlotError> {
+    let logs = values.filter(|value| *value > 0.0).map(f64::log10);
+    let (low, high) = logs.fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
+    let room = 0.05 * (high - low).max(1.0);
+    if low > high {
+        return Err(PlotError::Empty);
     }
-
-    /// What is not above 0 is put at the lower end.
-    fn place(&self, value: f64) -> f64 {
-        let log = value.log10().max(self.low);
-        self.from + (self.to - self.from) * (log - self.low) / (self.high - self.low)
-    }
-
-    /// Powers of ten with a label, and 2 to 9 times them without.
-    fn ticks(&self) -> Vec<(f64, Option<String>)> {
-        let decades = self.low.floor() as i32..=self.high.ceil() as i32;
-        decades
-            .flat_map(|power| (1..10).map(move |digit| (power, digit)))
-            .map(|(power, digit)| {
-                let value = f64::from(digit) * 10f64.powi(power);
-                (value, (digit == 1).then(|| format!("{}", 10f64.powi(power))))
-            })
-            .filter(|(value, _)| (self.low..=self.high).contains(&value.log10()))
-            .collect()
-    }
+    Ok(Axis::log((low - room, high + room), places))
 }
 
 /// Draws the settings of a scene: the error in the worst band against CPU time.
@@ -67,7 +35,6 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
     let mut levels: Vec<(String, bool)> = trade.settings.iter().map(level).collect();
     let mut known = HashSet::new();
     levels.retain(|level| known.insert(level.clone()));
-    let title = format!("Error against time: {}", trade.scene);
     let floor = trade.reference.worst_floor();
     let target = tolerance / T_95;
     let fewest = trade.settings.iter().map(|s| s.repeats).min().ok_or(PlotError::Empty)?;
@@ -82,50 +49,32 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
         if beside { BESIDE.to_owned() } else { String::new() },
         machine.to_owned(),
     ];
-    let caption: Vec<String> =
-        caption.iter().flat_map(|line| wrapped(line, CAPTION_SIZE, RIGHT - LEFT)).collect();
-    let legend = Legend::new(levels.iter().map(|(name, _)| name.as_str()), (LEFT, RIGHT));
-    let legend_top = 40.0;
-    let top = legend_top + legend.height() + 14.0;
-    let bottom = top + PLOT_HEIGHT;
-    let caption_top = bottom + 52.0;
-    let height = caption_top + 15.0 * caption.len() as f64 + 8.0;
-
+    let mut page = Page::new(Layout {
+        title: &format!("Error against time: {}", trade.scene),
+        labels: levels.iter().map(|(name, _)| name.as_str()).collect(),
+        bands: false,
+        plot_height: 400.0,
+        above: 14.0,
+        caption: &caption,
+    });
+    let Area { left, top, right, bottom } = page.area;
     let times = trade.settings.iter().map(|s| s.took.cpu_s);
     let errors = trade.settings.iter().map(|s| s.worst).chain([target, floor]);
-    let x = Decades::new(times, (LEFT, RIGHT)).ok_or(PlotError::Empty)?;
-    let y = Decades::new(errors, (bottom, top)).ok_or(PlotError::Empty)?;
+    let x = decades(times, (left, right))?;
+    let y = decades(errors, (bottom, top))?;
     let at = |s: &Setting| (x.place(s.took.cpu_s), y.place(s.worst));
-
-    let mut svg = Svg::new(WIDTH, height, &title);
-    svg.text((LEFT, 26.0), Anchor::Start, TITLE_SIZE, &title);
-    legend.draw(&mut svg, legend_top, false);
-    for (value, label) in x.ticks() {
-        let place = x.place(value);
-        let grid = if label.is_some() { "#d4d4d4" } else { "#efefef" };
-        svg.line(&[(place, top), (place, bottom)], &format!("stroke='{grid}'"));
-        if let Some(label) = label {
-            svg.text((place, bottom + 18.0), Anchor::Middle, TICK_SIZE, &label);
-        }
-    }
-    for (value, label) in y.ticks() {
-        let place = y.place(value);
-        let grid = if label.is_some() { "#d4d4d4" } else { "#efefef" };
-        svg.line(&[(LEFT, place), (RIGHT, place)], &format!("stroke='{grid}'"));
-        if let Some(label) = label {
-            svg.text((LEFT - 8.0, place + 4.0), Anchor::End, TICK_SIZE, &label);
-        }
-    }
+    let of_y = "Error of the emissivity in the worst band (root mean square)";
+    page.axes(&x, &y, ["CPU time, seconds", of_y]);
+    let svg = &mut page.svg;
     svg.rectangle(
-        (LEFT, y.place(floor)),
-        (RIGHT - LEFT, bottom - y.place(floor)),
+        (left, y.place(floor)),
+        (right - left, bottom - y.place(floor)),
         "fill='#888888' fill-opacity='0.18'",
     );
-    note(&mut svg, (LEFT + 6.0, y.place(floor) + 13.0), "below what the reference can tell");
-    let line = [(LEFT, y.place(target)), (RIGHT, y.place(target))];
+    note(svg, (left + 6.0, y.place(floor) + 13.0), "below what the reference can tell");
+    let line = [(left, y.place(target)), (right, y.place(target))];
     svg.line(&line, "stroke='#1a1a1a' stroke-width='1.2' stroke-dasharray='6 4'");
-    let text = format!("±{tolerance} at 95 %");
-    note(&mut svg, (LEFT + 6.0, y.place(target) - 5.0), &text);
+    note(svg, (left + 6.0, y.place(target) - 5.0), &format!("±{tolerance} at 95 %"));
 
     let front: Vec<Point> = trade.front().into_iter().map(at).collect();
     svg.line(&front, "stroke='#1a1a1a' stroke-width='5' stroke-opacity='0.13'");
@@ -149,23 +98,12 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
         svg.circle(at(chosen), 9.0, "fill='none' stroke='#1a1a1a' stroke-width='1.8'");
         let (px, py) = at(chosen);
         let text = format!("{}, {}", chosen.level, chosen.setting);
-        let right = px + 14.0 + text_width(&text, NOTE_SIZE) > RIGHT;
-        let left = if right { px - 14.0 - text_width(&text, NOTE_SIZE) } else { px + 14.0 };
-        note(&mut svg, (left, py + 16.0), &text);
+        let width = text_width(&text, NOTE_SIZE);
+        let fits = px + 14.0 + width <= right;
+        let from = if fits { px + 14.0 } else { px - 14.0 - width };
+        note(svg, (from, py + 16.0), &text);
     }
-    svg.rectangle((LEFT, top), (RIGHT - LEFT, bottom - top), "fill='none' stroke='#1a1a1a'");
-    let middle = f64::midpoint(LEFT, RIGHT);
-    svg.text((middle, bottom + 40.0), Anchor::Middle, AXIS_SIZE, "CPU time, seconds");
-    svg.upright_text(
-        (22.0, f64::midpoint(top, bottom)),
-        AXIS_SIZE,
-        "Error of the emissivity in the worst band (root mean square)",
-    );
-    for (i, line) in caption.iter().enumerate() {
-        let place = (LEFT, caption_top + 10.0 + 15.0 * i as f64);
-        svg.styled_text(place, Anchor::Start, CAPTION_SIZE, line, "fill='#555555'");
-    }
-    Ok(svg.finish())
+    Ok(page.svg.finish())
 }
 
 /// A remark on a white ground.

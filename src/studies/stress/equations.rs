@@ -71,7 +71,7 @@ pub(super) fn sky_nears_target(setting: &Setting) -> Result<Row, Error> {
         scene["sky_temperature_k"] = json!(sky_k);
         let outcome = Stage::new(setting, scene, &plate).run()?;
         let (error, claimed, said) =
-            retrieved(&outcome.bands, sky_k, 300.0, "Eq. 2 tells nothing")?;
+            retrieved(&outcome.bands, sky_k, 300.0, "Eq. 2 gives no emissivity")?;
         points.push(Point { x: sky_k, error, claimed, said, status: outcome.status });
     }
     Ok(Row {

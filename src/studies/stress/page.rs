@@ -5,8 +5,12 @@ use std::path::Path;
 
 use super::{Point, Row, short};
 use crate::draw::plot::{self, Mark, Panel};
+use crate::support::csv::Csv;
 use crate::support::error::Error;
 use crate::support::output;
+
+const HEADINGS: [&str; 7] =
+    ["x", "error", "claimed_half_width", "broken", "refused", "status", "said"];
 
 /// Writes `NAME.csv` for each row, `atlas.svg`, `atlas.png` and `atlas.md` into a folder.
 pub fn write(rows: &[Row], folder: &Path) -> Result<(), Error> {
@@ -24,21 +28,19 @@ pub fn write(rows: &[Row], folder: &Path) -> Result<(), Error> {
 }
 
 fn csv(row: &Row) -> String {
-    let mut text = "x,error,claimed_half_width,broken,refused,status,said\n".to_owned();
+    let mut csv = Csv::new(&HEADINGS);
     for p in &row.points {
-        let error = p.error.map_or(String::new(), |error| format!("{error:.3e}"));
-        let said = p.said.as_deref().unwrap_or("").replace('"', "'");
-        let _ = writeln!(
-            text,
-            "{},{error},{:.3e},{},{},{},\"{said}\"",
-            p.x,
-            p.claimed,
-            p.is_broken(),
-            p.is_refused(),
-            p.status
-        );
+        csv.row([
+            p.x.to_string(),
+            p.error.map_or(String::new(), |error| format!("{error:.3e}")),
+            format!("{:.3e}", p.claimed),
+            p.is_broken().to_string(),
+            p.is_refused().to_string(),
+            p.status.to_string(),
+            p.said.clone().unwrap_or_default(),
+        ]);
     }
-    text
+    csv.text()
 }
 
 fn panel(row: &Row) -> Panel {

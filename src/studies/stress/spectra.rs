@@ -1,7 +1,5 @@
 //! Spectra of too few points, and particles that let light through.
 
-use std::fmt::Write as _;
-
 use glam::DVec3;
 use serde_json::json;
 
@@ -10,6 +8,7 @@ use super::{Point, Row, Setting, Swept};
 use crate::scene::Grid;
 use crate::spectrum::optics::hemispherical_mean;
 use crate::spectrum::{Spectrum, crystal};
+use crate::support::csv::{Csv, decimals};
 use crate::support::error::Error;
 
 /// A flat plate whose spectrum is read from points of a shipped curve; the largest error within a window.
@@ -20,15 +19,16 @@ fn sampled(setting: &Setting, from_um: f64, to_um: f64) -> Result<Vec<Point>, Er
     plate.face(&[0, 1, 2, 3], "quartz");
     let mut points = Vec::new();
     for step_um in setting.of(&[0.01, 0.02, 0.03, 0.04, 0.06, 0.08, 0.1, 0.15, 0.2, 0.3, 0.5]) {
-        let mut file = "wavelength_um,emissivity\n".to_owned();
+        let mut file = Csv::new(&["wavelength_um", "emissivity"]);
         let number = ((14.0 - 7.3) / step_um + 1e-9) as u32;
         for um in (0..=number).map(|i| 7.3 + step_um * f64::from(i)) {
-            let _ = writeln!(file, "{um:.4},{:.7}", curve.emissivity((um * 1e4).round() / 1e4)?);
+            let emissivity = curve.emissivity((um * 1e4).round() / 1e4)?;
+            file.row([format!("{um:.4}"), decimals(emissivity)]);
         }
         let mut scene = scene(&[("quartz", 0.0)]);
         scene["materials"][0]["spectrum"] = json!({"file": "quartz.csv"});
         let mut stage = Stage::new(setting, scene, &plate);
-        stage.files.push(("quartz.csv", file.into_bytes()));
+        stage.files.push(("quartz.csv", file.text().into_bytes()));
         stage.grid = Grid::new(from_um, to_um, 0.01).expect("a grid");
         let outcome = stage.run()?;
         let mut worst = 0.0_f64;
