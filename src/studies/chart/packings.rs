@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::{REPEATS, Reference, Run, Setting, Took, Trade, timed};
 use crate::beds::Order;
-use crate::beds::own_grains::Library;
+use crate::beds::own_grains::OwnGrains;
 use crate::blender::Blender;
 use crate::scene::{Collision, Fines, Grid, Packing, Scene, SceneGeometry};
 use crate::signature;
@@ -203,7 +203,7 @@ impl Maker<'_> {
         edit(&mut packing);
         let geometry = SceneGeometry::Packing(packing.clone());
         let scene = Scene { geometry, ..prepared.scene.clone() };
-        let library = Library::of(&packing, scene.folder())?;
+        let library = OwnGrains::of(&packing, scene.folder())?;
         let seeds: Vec<u64> = (0..beds).map(|i| random::seed_of(seed, i)).collect();
         let folder = tempfile::tempdir().map_err(|source| crate::support::output::OutputError {
             path: std::env::temp_dir(),
@@ -214,7 +214,7 @@ impl Maker<'_> {
             blender: self.blender,
             scene: &scene,
             packing: &packing,
-            library: library.as_ref(),
+            own_grains: library.as_ref(),
             seeds: &seeds,
             of_first: &[],
             time_limit: self.time_limit,
