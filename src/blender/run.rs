@@ -99,9 +99,7 @@ pub(super) struct Scratch(tempfile::TempDir);
 
 impl Scratch {
     pub(super) fn new() -> Result<Self, OutputError> {
-        let folder = tempfile::Builder::new().prefix("soilsig-").tempdir();
-        let at = |source| OutputError { path: std::env::temp_dir(), source };
-        let scratch = Self(folder.map_err(at)?);
+        let scratch = Self(output::temporary()?);
         scripts::unpack(&scratch.scripts())?;
         Ok(scratch)
     }
