@@ -115,23 +115,16 @@ impl Setting {
     /// # Panics
     /// Without a run.
     pub fn of(level: &str, setting: String, runs: &[Run], reference: &Reference) -> Self {
-        let n = runs.len() as f64;
-        let bands = reference.emissivity.len();
-        let mut squares = vec![0.0; bands];
-        let mut means = vec![0.0; bands];
-        for run in runs {
-            for (band, truth) in reference.emissivity.iter().enumerate() {
-                let error = run.emissivity[band] - truth;
-                squares[band] += error * error / n;
-                means[band] += error / n;
-            }
+        let (n, bands) = (runs.len() as f64, reference.emissivity.len() as f64);
+        let (mut squares, mut of_bias) = (Vec::new(), 0.0);
+        for (band, truth) in reference.emissivity.iter().enumerate() {
+            let errors = || runs.iter().map(|run| run.emissivity[band] - truth);
+            let (square, mean) =
+                (errors().map(|e| e * e).sum::<f64>() / n, errors().sum::<f64>() / n);
+            // The square of a mean of n errors contains their variance / n.
+            of_bias += mean * mean - (square - mean * mean) / (n - 1.0).max(1.0);
+            squares.push(square);
         }
-        // The square of a mean of n errors contains their variance / n.
-        let of_bias = squares.iter().zip(&means).map(|(square, mean)| {
-            let variance = (square - mean * mean) / (n - 1.0).max(1.0);
-            mean * mean - variance
-        });
-        let bias = (of_bias.sum::<f64>() / bands as f64).max(0.0).sqrt();
         Self {
             level: level.into(),
             setting,
@@ -140,9 +133,9 @@ impl Setting {
                 wall_s: median(runs.iter().map(|run| run.took.wall_s)),
                 cpu_s: median(runs.iter().map(|run| run.took.cpu_s)),
             },
-            rms: (squares.iter().sum::<f64>() / bands as f64).sqrt(),
-            worst: squares.iter().copied().fold(0.0, f64::max).sqrt(),
-            bias,
+            rms: (squares.iter().sum::<f64>() / bands).sqrt(),
+            worst: squares.into_iter().fold(0.0, f64::max).sqrt(),
+            bias: (of_bias / bands).max(0.0).sqrt(),
             elsewhere: None,
         }
     }
@@ -162,26 +155,20 @@ impl Reference {
 }
 
 impl Trade {
-    /// The settings measured here.
-    fn own(&self) -> impl Iterator<Item = &Setting> {
-        self.settings.iter().filter(|setting| setting.elsewhere.is_none())
-    }
-
     /// The cheapest setting whose 95 % interval is within a tolerance in the worst band.
     pub fn chosen(&self, tolerance: f64) -> Option<&Setting> {
-        let enough = |setting: &&Setting| T_95 * setting.worst <= tolerance;
-        self.own().filter(enough).min_by(|a, b| a.took.cpu_s.total_cmp(&b.took.cpu_s))
+        self.front().into_iter().find(|setting| T_95 * setting.worst <= tolerance)
     }
 
-    /// The settings without a better one in both time and error, cheapest first.
+    /// The settings measured here without a better one in both time and error, cheapest first.
     pub fn front(&self) -> Vec<&Setting> {
-        let mut all: Vec<&Setting> = self.own().collect();
+        let mut all: Vec<_> = self.settings.iter().filter(|s| s.elsewhere.is_none()).collect();
         all.sort_by(|a, b| a.took.cpu_s.total_cmp(&b.took.cpu_s));
         let mut least = f64::INFINITY;
         all.retain(|setting| {
-            let better = setting.worst < least;
+            let is_better = setting.worst < least;
             least = least.min(setting.worst);
-            better
+            is_better
         });
         all
     }

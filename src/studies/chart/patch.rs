@@ -142,24 +142,14 @@ fn mixture(tally: &Tally, rules: &TracingRules, bands: &[Vec<f64>]) -> Vec<f64> 
 }
 
 /// The emissivity in every n-th band and the last one, with straight lines between them.
-fn interpolated(
-    wavelengths_um: &[f64],
-    stride: usize,
-    emissivity: impl Fn(usize) -> f64,
-) -> Vec<f64> {
-    let last = wavelengths_um.len() - 1;
-    let mut all = Vec::with_capacity(wavelengths_um.len());
-    let mut left = (0, emissivity(0));
-    while left.0 < last {
-        let number = (left.0 + stride).min(last);
-        let right = (number, emissivity(number));
-        let um = |band: usize| wavelengths_um[band];
-        for band in left.0..number {
-            let share = (um(band) - um(left.0)) / (um(number) - um(left.0));
-            all.push(left.1 + share * (right.1 - left.1));
-        }
-        left = right;
-    }
-    all.push(left.1);
-    all
+fn interpolated(um: &[f64], stride: usize, emissivity: impl Fn(usize) -> f64) -> Vec<f64> {
+    let last = um.len() - 1;
+    let knots = (0..last).step_by(stride).chain([last]);
+    let knots: Vec<_> = knots.map(|band| (band, emissivity(band))).collect();
+    let between = knots.windows(2).flat_map(|pair| {
+        let [(a, left), (b, right)] = [pair[0], pair[1]];
+        let share = move |band: usize| (um[band] - um[a]) / (um[b] - um[a]);
+        (a..b).map(move |band| left + share(band) * (right - left))
+    });
+    between.chain([knots[knots.len() - 1].1]).collect()
 }

@@ -26,24 +26,24 @@ pub(super) fn left_out(setting: &Setting) -> Option<String> {
 }
 
 /// Few steps within a frame, at more than twice the shipped gravity.
-pub(super) fn substeps(setting: &Setting) -> Result<Vec<Point>, Error> {
+pub(super) fn bullet_substeps(setting: &Setting) -> Result<Vec<Point>, Error> {
     let xs = [1.0, 2.0, 3.0, 4.0, 6.0, 12.0];
     drops(setting, &xs, 4000.0, |x| json!({"substeps": x as u32, "gravity": 250, "margin": 0}))
 }
 
 /// Very small and very large lengths in the units of the solver.
-pub(super) fn scale(setting: &Setting) -> Result<Vec<Point>, Error> {
+pub(super) fn bullet_scale(setting: &Setting) -> Result<Vec<Point>, Error> {
     let xs = [0.0065, 0.065, 0.65, 6.5, 65.0, 650.0, 6500.0];
     drops(setting, &xs, 1600.0, |x| json!({"scale": x}))
 }
 
 /// Very small and very large distances that the solver keeps between hulls.
-pub(super) fn margin(setting: &Setting) -> Result<Vec<Point>, Error> {
+pub(super) fn bullet_margin(setting: &Setting) -> Result<Vec<Point>, Error> {
     drops(setting, &[0.0, 0.004, 0.04, 0.4, 1.0, 4.0, 40.0], 1600.0, |x| json!({"margin": x}))
 }
 
 /// Falls that are too fast for the steps.
-pub(super) fn gravity(setting: &Setting) -> Result<Vec<Point>, Error> {
+pub(super) fn bullet_gravity(setting: &Setting) -> Result<Vec<Point>, Error> {
     let xs = [1.0, 10.0, 98.1, 300.0, 1000.0, 3000.0, 9810.0];
     drops(setting, &xs, 1600.0, |x| json!({"gravity": x, "substeps": 1}))
 }

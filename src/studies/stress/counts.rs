@@ -69,7 +69,7 @@ pub(super) fn grains_of_recipe(setting: &Setting) -> Result<Vec<Point>, Error> {
         let text = small_scene(grains as u64, 0).to_string();
         Ok(match Scene::parse(&text, Path::new("scene.json")) {
             Ok(_) => Measured { error: Some(0.0), claimed: 0.0, said: Vec::new(), status: 0 },
-            Err(error) => Outcome::refused(&error.into()).with_error(None),
+            Err(error) => Outcome::refused(&error.into(), "").with_error(None),
         })
     })
 }

@@ -170,39 +170,20 @@ fn short(x: f64) -> String {
 
 type Sweep = fn(&Setting) -> Result<Vec<Point>, Error>;
 
+/// Names functions by themselves.
+macro_rules! sweeps {
+    ($($module:ident: $($name:ident)*;)*) => { &[$($((stringify!($name), $module::$name)),*),*] };
+}
+
 /// The sweep of every row by its name, in the order of the page.
-const SWEEPS: [(&str, Sweep); 30] = [
-    ("sky_nears_target", equations::sky_nears_target),
-    ("target_temperature", equations::target_temperature),
-    ("two_temperatures", equations::two_temperatures),
-    ("sky_by_zenith", equations::sky_by_zenith),
-    ("white_cavity", equations::white_cavity),
-    ("units", precision::units),
-    ("distance_in_file", precision::distance_in_file),
-    ("distance_of_instance", precision::distance_of_instance),
-    ("detail", precision::detail),
-    ("slivers", precision::slivers),
-    ("gap", precision::gap),
-    ("facet_in_side", precision::facet_in_side),
-    ("holes", geometry::holes),
-    ("overlap", geometry::overlap),
-    ("coarse_sphere", geometry::coarse_sphere),
-    ("grazing_view", geometry::grazing_view),
-    ("grazing_mirror", geometry::grazing_mirror),
-    ("shallow_bed", geometry::shallow_bed),
-    ("narrow_patch", geometry::narrow_patch),
-    ("christiansen_sampling", spectra::christiansen_sampling),
-    ("reststrahlen_sampling", spectra::reststrahlen_sampling),
-    ("not_opaque", spectra::not_opaque),
-    ("few_paths", counts::few_paths),
-    ("particles_of_field", counts::particles_of_field),
-    ("materials", counts::materials),
-    ("grains_of_recipe", counts::grains_of_recipe),
-    ("bullet_substeps", bullet::substeps),
-    ("bullet_scale", bullet::scale),
-    ("bullet_margin", bullet::margin),
-    ("bullet_gravity", bullet::gravity),
-];
+const SWEEPS: &[(&str, Sweep)] = sweeps! {
+    equations: sky_nears_target target_temperature two_temperatures sky_by_zenith white_cavity;
+    precision: units distance_in_file distance_of_instance detail slivers gap facet_in_side;
+    geometry: holes overlap coarse_sphere grazing_view grazing_mirror shallow_bed narrow_patch;
+    spectra: christiansen_sampling reststrahlen_sampling not_opaque;
+    counts: few_paths particles_of_field materials grains_of_recipe;
+    bullet: bullet_substeps bullet_scale bullet_margin bullet_gravity;
+};
 
 /// The names of all rows, in the order of the page.
 pub fn names() -> impl Iterator<Item = &'static str> {

@@ -137,16 +137,9 @@ impl Shape {
     pub(super) fn sphere(divisions: u32, material: &'static str) -> Self {
         let points = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z];
         let mut sphere = Self { points: points.to_vec(), ..Self::default() };
-        let mut faces: Vec<[usize; 3]> = vec![
-            [0, 1, 2],
-            [1, 3, 2],
-            [3, 4, 2],
-            [4, 0, 2],
-            [1, 0, 5],
-            [3, 1, 5],
-            [4, 3, 5],
-            [0, 4, 5],
-        ];
+        let sides = [[0, 1], [1, 3], [3, 4], [4, 0]];
+        let above = sides.map(|[a, b]| [a, b, 2]);
+        let mut faces: Vec<[usize; 3]> = [above, sides.map(|[a, b]| [b, a, 5])].concat();
         for _ in 0..divisions {
             let mut middles = HashMap::new();
             let mut middle = |a: usize, b: usize| {
@@ -182,27 +175,16 @@ impl Shape {
                 cavity.normals.push(-place);
             }
         }
-        for i in 0..along {
-            for j in 0..around {
-                let next = (j + 1) % around;
-                let [a, b, c, d] = [
-                    i * around + j,
-                    i * around + next,
-                    (i + 1) * around + next,
-                    (i + 1) * around + j,
-                ];
-                // Two triangles: rounding moves the four corners out of one plane.
-                cavity.face(&[a, b, c], material);
-                if i + 1 < along {
-                    cavity.face(&[a, c, d], material);
-                }
+        let at = |i: usize, j: usize| i * around + j % around;
+        for (i, j) in (0..along).flat_map(|i| (0..around).map(move |j| (i, j))) {
+            // Two triangles: rounding moves the four corners out of one plane.
+            cavity.face(&[at(i, j), at(i, j + 1), at(i + 1, j + 1)], material);
+            if i + 1 < along {
+                cavity.face(&[at(i, j), at(i + 1, j + 1), at(i + 1, j)], material);
             }
         }
         // The lowest ring is one point.
-        for j in 0..around {
-            let bottom = cavity.points.len() - 1 - j;
-            cavity.points[bottom] = -DVec3::Z;
-        }
+        cavity.points[along * around..].fill(-DVec3::Z);
         cavity
     }
 }

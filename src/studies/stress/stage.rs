@@ -87,7 +87,10 @@ impl<'a> Stage<'a> {
         };
         let tables = match traced() {
             Err(error) if error.is_interruption() => return Err(error),
-            Err(error) => return Ok(Outcome::refused(&error)),
+            Err(error) => {
+                let folder = format!("{}/", folder.path().display());
+                return Ok(Outcome::refused(&error, &folder));
+            }
             Ok(table) => [table],
         };
         let bands = evaluate(&tables, &self.grid.wavelengths_um())?;
@@ -101,9 +104,9 @@ impl<'a> Stage<'a> {
 }
 
 impl Outcome {
-    /// An error instead of a result.
-    pub(super) fn refused(error: &Error) -> Self {
-        let said = vec![without_folders(&format!("error: {error}"))];
+    /// An error instead of a result. The folder is cut out of the message.
+    pub(super) fn refused(error: &Error, folder: &str) -> Self {
+        let said = vec![format!("error: {error}").replace(folder, "")];
         Self { bands: Vec::new(), said, status: error.status() as u8 }
     }
 
@@ -134,14 +137,4 @@ impl Measured {
         let said = line.map(|line| line.trim_start_matches("warning: ").to_owned());
         Point { x, error, claimed, said, status }
     }
-}
-
-/// A message without the paths of temporary folders.
-fn without_folders(line: &str) -> String {
-    let mut words = line.split(' ').map(|word| match word.rsplit_once('/') {
-        Some((folder, name)) if folder.starts_with('/') => name,
-        _ => word,
-    });
-    let first = words.next().unwrap_or_default().to_owned();
-    words.fold(first, |text, word| text + " " + word)
 }
