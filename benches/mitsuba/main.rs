@@ -4,11 +4,11 @@
 //! The measure is CPU seconds times the square of the standard error. For independent paths it does
 //! not depend on their number. For stratified paths it falls with their number. Both are therefore
 //! compared at several standard errors: those of a few thousand of Mitsuba's paths, of 100,000, of
-//! 800,000 and of some ten million. Renders of 100,000 paths stand for the larger ones, which would have the
-//! same product. Reading meshes and building trees is not counted. Mitsuba renders a few groups of
-//! bands. The time for all 651 is scaled by the number of groups of four, though a render gives
-//! three: this favours Mitsuba. It ends paths by Russian roulette, its default; without, it takes
-//! about twice as long.
+//! 800,000 and of some ten million. Renders of 100,000 paths stand for the larger ones, which would
+//! have the same product. Reading meshes and building trees is not counted. Mitsuba renders a few
+//! groups of bands. The time for all 651 is scaled by the number of groups of four, though a render
+//! gives three: this favours Mitsuba. It ends paths by Russian roulette, its default; without, it
+//! takes about twice as long.
 //!
 //! With a file as the fourth argument, Mitsuba's points for the chart are written to it (`points`).
 

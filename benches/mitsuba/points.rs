@@ -1,5 +1,5 @@
-//! Mitsuba 3 as a level of `soilsig chart`: error against time by number of paths, in the columns of
-//! `chart.csv`.
+//! Mitsuba 3 as a level of `soilsig chart`: error against time by number of paths, in the columns
+//! of `chart.csv`.
 //!
 //! A film has as many pixels as there are paths: so Mitsuba spreads its paths most evenly. The
 //! reference is our result with open sides, so that the error is Mitsuba's noise alone.

@@ -1,5 +1,5 @@
-//! Beds of one recipe, a packing for each seed: taken from the cache, or dropped by several Blenders
-//! in parallel, one for each thread.
+//! Beds of one recipe, a packing for each seed: taken from the cache, or dropped by several
+//! Blenders in parallel, one for each thread.
 
 pub mod own_grains;
 mod solid;
@@ -61,8 +61,8 @@ struct MadeFrom<'a> {
 }
 
 impl Order<'_> {
-    /// The folders of the beds, in the order of the seeds. Drops the beds that are not in the cache.
-    /// Each Blender writes its output to `log` of the first packing that it makes.
+    /// The folders of the beds, in the order of the seeds. Drops the beds that are not in the
+    /// cache. Each Blender writes its output to `log` of the first packing that it makes.
     pub fn beds(
         &self,
         cache: &Cache,

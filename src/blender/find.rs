@@ -12,8 +12,8 @@ use crate::support::monitor::Monitor;
 /// The environment variable that names the Blender to use.
 pub const VARIABLE: &str = "SOILSIG_BLENDER";
 
-/// Finds the Blender to use. `explicit` is the value of `--blender`. Known Blenders are remembered in
-/// the folder `cache`.
+/// Finds the Blender to use. `explicit` is the value of `--blender`. Known Blenders are remembered
+/// in the folder `cache`.
 pub fn find(
     explicit: Option<&Path>,
     cache: &Path,

@@ -1,7 +1,7 @@
 //! Finds Blender, runs the scripts of `blender_scripts/` in it, and reports failures as one error.
 //!
-//! Blender is its executable, or a Python that can import `bpy`. Both run the same scripts. A script
-//! reports by JSON lines ([`Event`]). All other output of Blender goes into a log.
+//! Blender is its executable, or a Python that can import `bpy`. Both run the same scripts. A
+//! script reports by JSON lines ([`Event`]). All other output of Blender goes into a log.
 
 mod error;
 mod event;

@@ -30,8 +30,8 @@ pub struct Job<'a> {
 }
 
 impl Blender {
-    /// Runs a job to its end. Passes each event to `on_event` when it arrives. Returns the files that
-    /// the script wrote, relative to the job's folder.
+    /// Runs a job to its end. Passes each event to `on_event` when it arrives. Returns the files
+    /// that the script wrote, relative to the job's folder.
     ///
     /// # Errors
     /// Anything but a full success. Files that the job wrote are then not to be used.

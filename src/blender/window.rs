@@ -1,4 +1,5 @@
-//! Blender's window with the add-on of `blender_scripts/soilsig_addon`, and the add-on as a zip file.
+//! Blender's window with the add-on of `blender_scripts/soilsig_addon`, and the add-on as a zip
+//! file.
 
 use std::env;
 use std::ffi::OsString;

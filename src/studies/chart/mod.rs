@@ -1,8 +1,8 @@
 //! Error against time, for each setting of a scene that trades one for the other.
 //!
-//! A *level* is a way to model the scene. A *setting* is an amount of work for it. Each setting is run
-//! several times with different seeds. Its error is taken against a reference with other seeds. The
-//! error of the mean of the runs is the level's bias.
+//! A *level* is a way to model the scene. A *setting* is an amount of work for it. Each setting is
+//! run several times with different seeds. Its error is taken against a reference with other seeds.
+//! The error of the mean of the runs is the level's bias.
 
 mod packings;
 mod patch;
@@ -75,8 +75,8 @@ pub struct Setting {
     /// The part of `rms` that is no noise: the root mean square over bands of the runs' mean error,
     /// minus the contribution of noise.
     pub bias: f64,
-    /// For a setting measured elsewhere: the standard error of its own reference, as root mean square
-    /// and in the worst band. Such a setting is charted, but never chosen.
+    /// For a setting measured elsewhere: the standard error of its own reference, as root mean
+    /// square and in the worst band. Such a setting is charted, but never chosen.
     pub elsewhere: Option<[f64; 2]>,
 }
 

@@ -121,7 +121,8 @@ pub fn packings(
             Err(error) => say(&format!("{level} is left out: {error}")),
         }
     }
-    // Without fines, the facets of grains have the mean emissivity of the dusty grains' silhouettes.
+    // Without fines, the facets of grains have the mean emissivity of the dusty grains'
+    // silhouettes.
     let level = "fines as an areal mixture";
     say(level);
     let bare = maker.pool(&prepared, packing, beds(SOME), packing.seed, |packing| {

@@ -15,8 +15,9 @@ use crate::signature::Band;
 use crate::support::error::Error;
 use crate::support::output;
 
-/// The error at 9 um of `soilsig retrieve` under a grey sky for an assumed temperature of the target.
-/// The radiance is .1 % too high, and its standard error is .1 %. A masked band has no error.
+/// The error at 9 um of `soilsig retrieve` under a grey sky for an assumed temperature of the
+/// target. The radiance is .1 % too high, and its standard error is .1 %. A masked band has no
+/// error.
 fn retrieved(bands: &[Band], sky_k: f64, assumed_k: f64) -> Result<Measured, Error> {
     let folder = output::temporary()?;
     let path = folder.path().join("radiance.csv");

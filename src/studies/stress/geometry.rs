@@ -59,7 +59,8 @@ pub(super) fn coarse_sphere(setting: &Setting) -> Result<Vec<Point>, Error> {
     })
 }
 
-/// An endless groove as deep as wide, seen along its length: all zenith angles give the same result.
+/// An endless groove as deep as wide, seen along its length: all zenith angles give the same
+/// result.
 pub(super) fn grazing_view(setting: &Setting) -> Result<Vec<Point>, Error> {
     let (wide, long) = (100.0, 5.0);
     // The slab is longer than the domain, so that no side meets an edge.

@@ -1,5 +1,6 @@
 //! The atlas of failure. Each row drives one quantity from where it is harmless to where the method
-//! fails. It compares the result with a closed form or a finer reference, and records the tool's words.
+//! fails. It compares the result with a closed form or a finer reference, and records the tool's
+//! words.
 //!
 //! A row may break, but not in silence ([`Row::silent`]): a test holds every row to that.
 //!

@@ -160,8 +160,9 @@ impl Shape {
         sphere
     }
 
-    /// The inside of a sphere of radius 1 without a cap at the top, which has the share `open` of the
-    /// area. It has `around` facets around its axis, half as many along it, and the sphere's normals.
+    /// The inside of a sphere of radius 1 without a cap at the top, which has the share `open` of
+    /// the area. It has `around` facets around its axis, half as many along it, and the sphere's
+    /// normals.
     pub(super) fn cavity(open: f64, around: usize, material: &'static str) -> Self {
         let along = (around / 2).max(2);
         let rim = rim(open);

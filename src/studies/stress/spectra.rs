@@ -22,7 +22,8 @@ pub(super) fn reststrahlen_sampling(setting: &Setting) -> Result<Vec<Point>, Err
     sampled(setting, 8.0, 9.5)
 }
 
-/// A flat plate whose spectrum is read from points of a shipped curve: its largest error in a range.
+/// A flat plate whose spectrum is read from points of a shipped curve: its largest error in a
+/// range.
 fn sampled(setting: &Setting, from_um: f64, to_um: f64) -> Result<Vec<Point>, Error> {
     let curve = Spectrum::builtin("quartz_coarse")?;
     let plate = Shape::plate(0.0, 1e3, "quartz");

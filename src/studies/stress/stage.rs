@@ -38,8 +38,8 @@ pub(super) struct Measured {
     pub status: u8,
 }
 
-/// A scene around one .obj file, which is the domain, at 300 K under a black sky. Its materials have
-/// constant emissivities.
+/// A scene around one .obj file, which is the domain, at 300 K under a black sky. Its materials
+/// have constant emissivities.
 pub(super) fn scene(materials: &[(&str, f64)]) -> Value {
     let materials: Vec<Value> = materials
         .iter()
