@@ -1,4 +1,4 @@
-//! The chart of error against time, both logarithmic, with a colour for each level.
+//! Error against time, both in powers of ten: a colour for each level of the model.
 
 use std::collections::HashSet;
 
@@ -17,10 +17,9 @@ const AXIS_SIZE: f64 = 13.5;
 const TICK_SIZE: f64 = 12.0;
 const NOTE_SIZE: f64 = 11.0;
 const CAPTION_SIZE: f64 = 10.5;
-const BESIDE: &str = "Squares: measured elsewhere, each level against its own reference; the line \
-                      and the ring leave them out.";
+const BESIDE: &str = "Squares: measured elsewhere, each level against a reference of its own; the line and the ring leave them out.";
 
-/// A logarithmic scale.
+/// A scale by powers of ten.
 struct Decades {
     low: f64,
     high: f64,
@@ -29,7 +28,7 @@ struct Decades {
 }
 
 impl Decades {
-    /// A scale for all values, with some room at both ends.
+    /// Holds all values, with a little room at both ends.
     fn new(values: impl Iterator<Item = f64>, (from, to): (f64, f64)) -> Option<Self> {
         let logs = values.filter(|value| *value > 0.0).map(f64::log10);
         let (low, high) =
@@ -38,30 +37,32 @@ impl Decades {
         low.is_finite().then_some(Self { low: low - room, high: high + room, from, to })
     }
 
-    /// The place of a value; 0 lies at the lower end.
+    /// What is not above 0 is put at the lower end.
     fn place(&self, value: f64) -> f64 {
         let log = value.log10().max(self.low);
         self.from + (self.to - self.from) * (log - self.low) / (self.high - self.low)
     }
 
-    /// Powers of ten with a label, and their multiples without one.
-    fn ticks(&self) -> impl Iterator<Item = (f64, Option<String>)> {
-        let powers = (self.low.floor() as i32..=self.high.ceil() as i32).map(|p| 10f64.powi(p));
-        let all = powers.flat_map(|power| (1..10).map(move |digit| (power, f64::from(digit))));
-        let within =
-            |(power, digit): &(f64, f64)| (self.low..=self.high).contains(&(power * digit).log10());
-        all.filter(within).map(|(power, digit)| {
-            (self.place(power * digit), (digit == 1.0).then(|| power.to_string()))
-        })
+    /// Powers of ten with a label, and 2 to 9 times them without.
+    fn ticks(&self) -> Vec<(f64, Option<String>)> {
+        let decades = self.low.floor() as i32..=self.high.ceil() as i32;
+        decades
+            .flat_map(|power| (1..10).map(move |digit| (power, digit)))
+            .map(|(power, digit)| {
+                let value = f64::from(digit) * 10f64.powi(power);
+                (value, (digit == 1).then(|| format!("{}", 10f64.powi(power))))
+            })
+            .filter(|(value, _)| (self.low..=self.high).contains(&value.log10()))
+            .collect()
     }
 }
 
-/// Draws the error in the worst band against CPU time.
+/// Draws the settings of a scene: the error in the worst band against CPU time.
 ///
 /// # Errors
-/// A trade without a setting.
+/// No setting.
 pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<String, PlotError> {
-    // A level measured elsewhere may have the name of one measured here.
+    // A level measured elsewhere may have the name of one that was measured here.
     let level = |s: &Setting| (s.level.clone(), s.elsewhere.is_some());
     let mut levels: Vec<(String, bool)> = trade.settings.iter().map(level).collect();
     let mut known = HashSet::new();
@@ -73,10 +74,9 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
     let beside = levels.iter().any(|(_, elsewhere)| *elsewhere);
     let caption = [
         format!(
-            "Each point is the root mean square over {fewest} runs or more, in the band where it \
-             is largest, against {}. Hollow: more than half of the error over all bands is bias, \
-             which more paths or beds do not reduce. Line: settings without a better one. Ring: \
-             the cheapest setting within ±{tolerance} at 95 %.",
+            "Each point is the root mean square over {fewest} runs or more, in the band where it is greatest, against {}. \
+             Hollow: more than half of the error over all bands is bias, which no further paths or beds lessen. Line: what nothing beats. \
+             Ring: the cheapest within ±{tolerance} at 95 %.",
             trade.reference.made_of
         ),
         if beside { BESIDE.to_owned() } else { String::new() },
@@ -100,25 +100,28 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
     let mut svg = Svg::new(WIDTH, height, &title);
     svg.text((LEFT, 26.0), Anchor::Start, TITLE_SIZE, &title);
     legend.draw(&mut svg, legend_top, false);
-    let mut tick = |ends: [Point; 2], label: Option<String>, at: Point, anchor| {
+    for (value, label) in x.ticks() {
+        let place = x.place(value);
         let grid = if label.is_some() { "#d4d4d4" } else { "#efefef" };
-        svg.line(&ends, &format!("stroke='{grid}'"));
+        svg.line(&[(place, top), (place, bottom)], &format!("stroke='{grid}'"));
         if let Some(label) = label {
-            svg.text(at, anchor, TICK_SIZE, &label);
+            svg.text((place, bottom + 18.0), Anchor::Middle, TICK_SIZE, &label);
         }
-    };
-    for (place, label) in x.ticks() {
-        tick([(place, top), (place, bottom)], label, (place, bottom + 18.0), Anchor::Middle);
     }
-    for (place, label) in y.ticks() {
-        tick([(LEFT, place), (RIGHT, place)], label, (LEFT - 8.0, place + 4.0), Anchor::End);
+    for (value, label) in y.ticks() {
+        let place = y.place(value);
+        let grid = if label.is_some() { "#d4d4d4" } else { "#efefef" };
+        svg.line(&[(LEFT, place), (RIGHT, place)], &format!("stroke='{grid}'"));
+        if let Some(label) = label {
+            svg.text((LEFT - 8.0, place + 4.0), Anchor::End, TICK_SIZE, &label);
+        }
     }
     svg.rectangle(
         (LEFT, y.place(floor)),
         (RIGHT - LEFT, bottom - y.place(floor)),
         "fill='#888888' fill-opacity='0.18'",
     );
-    note(&mut svg, (LEFT + 6.0, y.place(floor) + 13.0), "below the error of the reference");
+    note(&mut svg, (LEFT + 6.0, y.place(floor) + 13.0), "below what the reference can tell");
     let line = [(LEFT, y.place(target)), (RIGHT, y.place(target))];
     svg.line(&line, "stroke='#1a1a1a' stroke-width='1.2' stroke-dasharray='6 4'");
     let text = format!("±{tolerance} at 95 %");
@@ -165,7 +168,7 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
     Ok(svg.finish())
 }
 
-/// A note on a white background.
+/// A remark on a white ground.
 fn note(svg: &mut Svg, (x, y): Point, text: &str) {
     let size = (text_width(text, NOTE_SIZE) + 4.0, NOTE_SIZE + 3.0);
     svg.rectangle((x - 2.0, y - NOTE_SIZE), size, "fill='#ffffff' fill-opacity='0.75'");
