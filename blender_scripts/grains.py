@@ -10,7 +10,7 @@ import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from soilsig_blender.script import run
+from soilsig_blender.common.script import run
 
 
 def main(arguments):

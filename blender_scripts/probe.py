@@ -1,4 +1,4 @@
-"""Says which Blender, Python and numpy this is, in one line."""
+"""Reports the versions of Blender, Python and numpy, in one line."""
 
 import json
 import platform

@@ -1,4 +1,4 @@
-"""Readies Blender's window for authoring grains: the add-on loaded, its sidebar open, um and mm.
+"""Prepares Blender's window for grains: loads the add-on, opens its sidebar and sets the units.
 
 blender --python window.py -- [--grains FOLDER]
 """
@@ -11,14 +11,14 @@ import bpy
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from soilsig_blender.script import run
+from soilsig_blender.common.script import run
 
 
 def main(arguments):
     parser = argparse.ArgumentParser(prog="window.py", description="Open the window for grains.")
     parser.add_argument("--grains", help="the library's folder")
     options = parser.parse_args(arguments)
-    # Installed through the preferences it is there already.
+    # It is there already if the preferences have installed it.
     if not hasattr(bpy.types.Scene, "soilsig"):
         import soilsig_addon
 
@@ -27,7 +27,7 @@ def main(arguments):
     splash, view.show_splash = view.show_splash, False
     for scene in bpy.data.scenes:
         units = scene.unit_settings
-        # A new file's own; whoever has chosen others keeps them.
+        # The units of a new file. Units that the user has chosen are kept.
         if units.scale_length == 1 and not bpy.data.filepath:
             units.system, units.scale_length, units.length_unit = "METRIC", 0.001, "MICROMETERS"
     if options.grains:

@@ -15,8 +15,9 @@ ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
 sys.path.insert(0, os.path.join(ROOT, "blender_scripts"))
 sys.dont_write_bytecode = True
 
-from soilsig_blender import prototype, recipe  # noqa: E402
-from soilsig_blender.errors import BedError  # noqa: E402
+from soilsig_blender.common import recipe  # noqa: E402
+from soilsig_blender.common.errors import BedError  # noqa: E402
+from soilsig_blender.dust import prototype  # noqa: E402
 
 SHARES = (0.0, 0.2, 0.5)
 

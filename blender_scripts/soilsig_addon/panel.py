@@ -4,10 +4,10 @@ import textwrap
 
 import bpy
 
-from . import dress, form, keep, objects, reference, start
-from .step import registration
+from . import body, dress, drop_handful, export_scene, objects, reference, save_grain, start
+from .operators import registration
 
-# Letters that fit into a line of the sidebar as it opens.
+# Letters that fit into a line of the sidebar at its first width.
 _WIDTH = 26
 
 
@@ -63,13 +63,13 @@ class FormPanel(_Section, bpy.types.Panel):
         o = objects.grain(context)
         layout.label(text=o.name if o else "No grain is active", icon="MESH_DATA")
         layout.prop(settings, "diameter_um")
-        layout.operator(form.Normalise.bl_idname, icon="FULLSCREEN_EXIT")
+        layout.operator(body.Normalise.bl_idname, icon="FULLSCREEN_EXIT")
         row = layout.row(align=True)
-        row.operator(form.Check.bl_idname, icon="CHECKMARK")
-        row.operator(form.Level.bl_idname)
+        row.operator(body.Check.bl_idname, icon="CHECKMARK")
+        row.operator(body.Level.bl_idname)
         if o and o.soilsig.report:
             box = layout.box().column(align=True)
-            if o.soilsig.fingerprint and o.soilsig.fingerprint != form.fingerprint(o):
+            if o.soilsig.fingerprint and o.soilsig.fingerprint != body.fingerprint(o):
                 box.label(text="changed since this check:", icon="ERROR")
             for words in o.soilsig.report.splitlines():
                 for line in textwrap.wrap(words, _WIDTH):
@@ -101,7 +101,7 @@ class LibraryPanel(_Section, bpy.types.Panel):
     def draw(self, context):
         settings, layout = context.scene.soilsig, self.layout
         layout.prop(settings, "library", text="")
-        layout.operator(keep.Save.bl_idname, icon="FILE_TICK")
+        layout.operator(save_grain.Save.bl_idname, icon="FILE_TICK")
 
 
 class BedPanel(_Section, bpy.types.Panel):
@@ -112,9 +112,9 @@ class BedPanel(_Section, bpy.types.Panel):
         settings, layout = context.scene.soilsig, self.layout
         row = layout.row(align=True)
         row.prop(settings, "handful", text="Grains")
-        row.operator(keep.DropHandful.bl_idname, text="Drop", icon="PHYSICS")
+        row.operator(drop_handful.DropHandful.bl_idname, text="Drop", icon="PHYSICS")
         layout.prop(settings, "bed_count", text="Grains of the scene")
-        layout.operator(keep.ExportScene.bl_idname, icon="EXPORT")
+        layout.operator(export_scene.ExportScene.bl_idname, icon="EXPORT")
 
 
 register, unregister = registration(

@@ -4,14 +4,14 @@ import bpy
 import numpy as np
 from bpy.props import StringProperty
 from bpy_extras.io_utils import ImportHelper
-from soilsig_blender.errors import BedError
-from soilsig_blender.silhouette import bar_length
+from soilsig_blender.common.errors import BedError
+from soilsig_blender.model.silhouette import bar_length
 
 from . import objects
-from .step import Step, registration
+from .operators import Operator, registration
 
 
-class LoadImage(Step, ImportHelper):
+class LoadImage(Operator, ImportHelper):
     """Load an SEM image and lay it flat in the view, true to scale"""
 
     bl_idname = "soilsig.load_image"
@@ -42,7 +42,7 @@ class LoadImage(Step, ImportHelper):
         return f"{image.name}: {width:.4g} x {height:.4g} um"
 
 
-class MeasureBar(Step):
+class MeasureBar(Operator):
     """Take the longest bright row of pixels within the legend for the scale bar"""
 
     bl_idname = "soilsig.measure_bar"

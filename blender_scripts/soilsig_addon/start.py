@@ -4,15 +4,15 @@ import json
 import os
 
 import numpy as np
-from soilsig_blender import from_silhouette, silhouette
-from soilsig_blender.randomness import stream
-from soilsig_blender.shapes import SHAPES, model
+from soilsig_blender.common.randomness import stream
+from soilsig_blender.model import silhouette, silhouette_body
+from soilsig_blender.model.shapes import SHAPES, model
 
 from . import objects, reference
-from .step import Step, progress, registration
+from .operators import Operator, progress, registration
 
 
-class FromSilhouette(Step):
+class FromSilhouette(Operator):
     """Trace the largest bright patch of the image and model a fractured body of that silhouette"""
 
     bl_idname = "soilsig.from_silhouette"
@@ -36,12 +36,12 @@ class FromSilhouette(Step):
             advance()
             um_per_pixel = settings.um_per_pixel * share
             shape = SHAPES[settings.shape]
-            body, reached = from_silhouette.model(
+            body, reached = silhouette_body.model(
                 traced, um_per_pixel, settings.thickness, shape, stream(settings.seed, "silhouette")
             )
             advance()
         settings.threshold = traced.threshold
-        # Pixels are counted from the corner of the image, which is about its object's origin.
+        # Pixels count from the corner of the image, but the image is centred on its object.
         whole = np.array(image.size) / share
         middle = (traced.hull.min(axis=0) + traced.hull.max(axis=0)) / 2
         offset = [*((middle - whole / 2) * um_per_pixel), 0]
@@ -78,7 +78,7 @@ class FromSilhouette(Step):
         o.show_in_front = True
 
 
-class FromShape(Step):
+class FromShape(Operator):
     """Model one of the five shapes at the diameter given"""
 
     bl_idname = "soilsig.from_shape"

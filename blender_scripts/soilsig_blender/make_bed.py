@@ -1,24 +1,25 @@
 """From a scene file to a settled bed and all its files."""
 
-import platform
 import time
 
 import bpy
-import numpy as np
 
-from . import bed, export_json, export_obj, recipe
-from .attempts import settled_bed
-from .errors import BedError
-from .export_blender import BlenderBed
-from .files import EXTRA, whole, whole_folder
-from .progress import emit, progress
-from .prototype import build, describe, model_fines, variants
+from .check import porosity
+from .check.attempts import settled_bed
+from .common import recipe
+from .common.errors import BedError
+from .common.events import emit, progress
+from .common.files import EXTRA, whole, whole_folder
+from .dust.prototype import build, model_fines, variants
+from .export import json_files, obj_files
+from .export.blender_files import BlenderBed
+from .export.report import report
 
 OLDEST_BLENDER = (3, 4, 0)
 
 
 def make_beds(scene_path, folder, seeds, extra):
-    """Makes the bed of every seed, of the scene's own if None; extra files are the first one's."""
+    """Makes the bed of every seed, by default the scene's. Extra files are of the first bed."""
     if bpy.app.version < OLDEST_BLENDER:
         raise BedError(
             "version",
@@ -50,29 +51,13 @@ def _make_bed(scene, packing, folder, extra):
     clock.lap("dust")
     dropped, found, attempts = settled_bed(prototypes, packing)
     clock.lap("drop")
-    shape_of_bed = bed.measure(prototypes, dropped, packing)
+    shape_of_bed = porosity.measure(prototypes, dropped, packing)
     clock.lap("check")
-    report = {
-        "versions": {
-            "blender": bpy.app.version_string,
-            "python": platform.python_version(),
-            "numpy": np.__version__,
-        },
-        "prototypes": [describe(prototype) for prototype in prototypes],
-        "settle": {
-            "settled": dropped.settled,
-            "frames": dropped.frames,
-            "mean_energy_mgd": dropped.mean_energy,
-            "top_speed_sqrt_gd": dropped.top_speed,
-        },
-        "attempts": attempts,
-        "checks": found,
-        "bed": shape_of_bed,
-    }
-    return _export(folder, scene, packing, prototypes, dropped, report, clock, extra)
+    told = report(prototypes, dropped, attempts, found, shape_of_bed)
+    return _export(folder, scene, packing, prototypes, dropped, told, clock, extra)
 
 
-def _export(folder, scene, packing, prototypes, dropped, report, clock, extra):
+def _export(folder, scene, packing, prototypes, dropped, told, clock, extra):
     materials = [material["name"] for material in scene["materials"]]
     beds = []
 
@@ -82,15 +67,15 @@ def _export(folder, scene, packing, prototypes, dropped, report, clock, extra):
         return beds[0]
 
     writers = {
-        "prototypes.obj": lambda path: export_obj.write_prototypes(path, prototypes),
-        "prototypes.mtl": lambda path: export_obj.write_materials(path, materials),
-        "scene.json": lambda path: export_json.write_scene(
+        "prototypes.obj": lambda path: obj_files.write_prototypes(path, prototypes),
+        "prototypes.mtl": lambda path: obj_files.write_materials(path, materials),
+        "scene.json": lambda path: json_files.write_scene(
             path, scene, packing, prototypes, dropped
         ),
-        "frames.json": lambda path: export_json.write_frames(path, packing, prototypes, dropped),
+        "frames.json": lambda path: json_files.write_frames(path, packing, prototypes, dropped),
         "scene.glb": lambda path: bed_in_blender().write_glb(path),
         "scene.blend": lambda path: bed_in_blender().write_blend(path),
-        "patch.obj": lambda path: export_obj.write_patch(
+        "patch.obj": lambda path: obj_files.write_patch(
             path, prototypes, dropped.prototype_of, dropped.poses
         ),
     }
@@ -101,7 +86,7 @@ def _export(folder, scene, packing, prototypes, dropped, report, clock, extra):
             writers[name](path)
         clock.lap(f"export {name}")
     with whole(folder, "drop.json") as path:
-        export_json.write(path, {**report, "timings_s": clock.laps})
+        json_files.write(path, {**told, "timings_s": clock.laps})
     progress("export", len(names) + 1, len(names) + 1)
     return [*names, "drop.json"]
 

@@ -1,16 +1,13 @@
-"""The bodies of every shape without dust, and what they measure against what is asked."""
+"""The bodies of every shape without dust, and what they measure beside their targets."""
 
-import platform
-
-import bpy
-import numpy as np
-
-from . import export_json, export_obj, mesh_checks
-from .descriptors import RESOLUTION, feret_axes, roundness_class
-from .files import whole
-from .progress import emit, progress
-from .randomness import stream
-from .shapes import SHAPES, TOLERANCE, measure, model
+from .common.events import emit, progress
+from .common.files import whole
+from .common.randomness import stream
+from .export import json_files, obj_files
+from .export.report import versions
+from .model import body_check
+from .model.descriptors import RESOLUTION, feret_axes, roundness_class
+from .model.shapes import SHAPES, TOLERANCE, measure, model
 
 
 def make_grains(seed, variants, folder):
@@ -20,7 +17,7 @@ def make_grains(seed, variants, folder):
         progress("model", len(shapes), len(SHAPES))
         entries = []
         for variant in range(variants):
-            # The stream of a scene whose class is named after the shape: these are its bodies.
+            # As in a scene whose class has the shape's name: the bodies are the same.
             body = model(shape, shape.diameter_um, stream(seed, "shape", name, variant))
             bodies[f"{name}_{variant}"] = body
             entries.append(_describe(f"{name}_{variant}", body))
@@ -35,24 +32,20 @@ def make_grains(seed, variants, folder):
     report = {
         "soilsig_grains": 1,
         "seed": seed,
-        "versions": {
-            "blender": bpy.app.version_string,
-            "python": platform.python_version(),
-            "numpy": np.__version__,
-        },
+        "versions": versions(),
         "tolerance": TOLERANCE,
         "roundness_resolution": RESOLUTION,
         "shapes": shapes,
     }
     with whole(folder, "grains.obj") as path:
-        export_obj.write_bodies(path, bodies)
+        obj_files.write_bodies(path, bodies)
     with whole(folder, "grains.json") as path:
-        export_json.write(path, report)
+        json_files.write(path, report)
     emit("done", files=["grains.obj", "grains.json"])
 
 
 def _describe(name, body):
-    mesh_checks.check(body, name)
+    body_check.check(body, name)
     reached = measure(body)
     return {
         "name": name,
@@ -62,6 +55,6 @@ def _describe(name, body):
         "volume_um3": body.volume_and_centroid[0],
         "facets": len(body.facets),
         "triangles": len(body.triangles),
-        # What a body must pass to be here.
+        # `body_check` has refused all others.
         "checks": ["closed", "outward", "convex"],
     }

@@ -1,7 +1,7 @@
 //! Checks that a mesh is one closed convex body whose faces point outward.
 //!
-//! `blender_scripts/soilsig_blender` has the same checks, for the faces that its window selects.
-//! These need no Blender.
+//! `blender_scripts/soilsig_blender/model/mesh_faults.py` has the same checks, for the faces that
+//! Blender's window selects. These need no Blender.
 
 use std::collections::BTreeMap;
 

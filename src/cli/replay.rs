@@ -54,7 +54,11 @@ pub fn run(args: &Args, monitor: &dyn Monitor) -> Outcome {
             Some(now) => {
                 differ |= now.reproducible;
                 let difference = difference(&folder.join(file), &out.join(file));
-                let expected = if now.reproducible { "" } else { " (not counted: it tells times)" };
+                let expected = if now.reproducible {
+                    ""
+                } else {
+                    " (not counted: it differs from run to run)"
+                };
                 format!("differs{expected}: {difference}")
             }
         };

@@ -32,8 +32,9 @@ use crate::{report, spectrum};
 pub use error::PipelineError;
 pub use options::{Auto, HowMany, Options, Source};
 
-/// Files of a drop that hold times of day or durations and so differ from run to run.
-const NOT_REPRODUCIBLE: [&str; 2] = ["blender.log", "drop.json"];
+/// Files of a drop that differ from run to run: they hold times of day, durations or, as Blender's
+/// own file does, addresses in memory.
+const NOT_REPRODUCIBLE: [&str; 3] = ["blender.log", "drop.json", "scene.blend"];
 
 /// Files of every result.
 const WRITTEN: [&str; 7] = [

@@ -74,7 +74,8 @@ pub struct Record {
 pub struct Output {
     /// SHA-256 of its content.
     pub sha256: String,
-    /// Whether the same run gives the same bytes; logs and reports with timings do not.
+    /// Whether the same run gives the same bytes. Logs, reports with timings and Blender's own file
+    /// do not.
     pub reproducible: bool,
 }
 

@@ -47,7 +47,7 @@ pub struct Report {
     pub shapes: Vec<Shape>,
 }
 
-/// A shape of `blender_scripts/soilsig_blender/shapes.py`.
+/// A shape of `blender_scripts/soilsig_blender/model/shapes.py`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Shape {

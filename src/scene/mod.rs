@@ -8,6 +8,7 @@
 mod check;
 mod grid;
 mod packing;
+mod packing_check;
 mod placed;
 mod sensor;
 pub mod shipped;

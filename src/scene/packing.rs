@@ -5,25 +5,24 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::check::{Checked, need, positive, unique};
-use super::{FARTHEST_UM, Material, known};
-
-/// Most grains of a class, and most fines on one.
-const MOST: u32 = 100_000;
-
-/// Most ribs at the sides of a fracture.
-const MOST_RIBS: u8 = 2;
+use super::FARTHEST_UM;
+use super::packing_check::{
+    GRAIN_NAME, MOST, MOST_FRAMES, MOST_ITERATIONS, MOST_LAYERS, MOST_RIBS, MOST_SEED,
+    MOST_SUBSTEPS, MOST_VARIANTS, NAME,
+};
 
 /// A recipe for a bed of grains dusted with fines.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Packing {
     /// Seed of shapes, dust and drop.
+    #[schemars(range(max = MOST_SEED))]
     pub seed: u64,
     /// Folder of grains of the user's own, relative to the scene file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub library: Option<PathBuf>,
-    /// The classes of grains, any number of them.
+    /// The classes of grains, one at least.
+    #[schemars(length(min = 1))]
     pub grains: Vec<GrainClass>,
     /// The classes of fines, any number of them; none for bare grains.
     #[serde(default)]
@@ -32,11 +31,14 @@ pub struct Packing {
     #[serde(default)]
     pub dust: Dust,
     /// How many different dressed grains are modelled of each class.
+    #[schemars(range(min = 1, max = MOST_VARIANTS))]
     pub variants: u32,
     /// Length of the tray along x and y, um.
+    #[schemars(inner(range(min = 0, max = FARTHEST_UM)))]
     pub tray_um: [f64; 2],
     /// Width of the rim inside the tray's walls that is not looked at, um: the walls order the
     /// grains that touch them.
+    #[schemars(range(min = 0))]
     pub crop_um: f64,
     /// Material of the tray's floor, where a ray gets down to it.
     pub floor_material: String,
@@ -98,6 +100,7 @@ pub enum ShapeSource {
 #[serde(deny_unknown_fields)]
 pub struct FromLibrary {
     /// Their names, those of their files.
+    #[schemars(length(min = 1), inner(regex(pattern = GRAIN_NAME)))]
     pub library: Vec<String>,
 }
 
@@ -105,20 +108,23 @@ pub struct FromLibrary {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GrainClass {
-    /// The class's name; its prototypes are called NAME_0, NAME_1, ...
+    /// The class's name, up to 40 characters without white space or `#`; its prototypes are called NAME_0, NAME_1, ...
+    #[schemars(regex(pattern = NAME))]
     pub name: String,
     /// One of the modelled shapes, or grains of the library.
     pub shape: ShapeSource,
-    /// Ribs at the sides of each fracture of a modelled shape, 0 to 2: the more, the more facets a body has. Without
-    /// it the shape's own number.
+    /// Ribs at the sides of each fracture of a modelled shape, 0 to 2: the more ribs, the more
+    /// facets. Without it the shape's own number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(max = 2))]
+    #[schemars(range(max = MOST_RIBS))]
     pub ribs: Option<u8>,
     /// Diameter of the sphere of equal volume, um; bodies are scaled to it.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub diameter_um: f64,
     /// The grain's material.
     pub material: String,
     /// How many grains of this class are dropped.
+    #[schemars(range(max = MOST))]
     pub count: u32,
     /// How many fines sit on each.
     pub fines: Fines,
@@ -129,7 +135,7 @@ pub struct GrainClass {
 #[serde(untagged)]
 pub enum Fines {
     /// So many.
-    Count(u32),
+    Count(#[schemars(range(max = MOST))] u32),
     /// As many as it takes.
     Cover(Cover),
 }
@@ -138,8 +144,9 @@ pub enum Fines {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cover {
-    /// Share of the dusty grain's silhouette, seen from afar and averaged over all directions, that is
-    /// fines: 0 to 1.
+    /// Share of the dusty grain's silhouette that is fines, seen from afar and averaged over all
+    /// directions: 0 to 1.
+    #[schemars(range(min = 0, max = 1))]
     pub silhouette: f64,
 }
 
@@ -157,11 +164,13 @@ impl Fines {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Dust {
-    /// Most layers: fines that find no free seat on the grain sit on the fines of the layer below, up to
-    /// this many layers.
+    /// Most layers: fines that find no free seat on the grain sit on the fines of the layer below,
+    /// up to this many layers.
+    #[schemars(range(min = 1, max = MOST_LAYERS))]
     pub layers: u32,
-    /// How deep a fine may pass through its neighbours, as a share of its diameter: 0 keeps them apart, 1 asks
-    /// nothing of them.
+    /// How deep a fine may pass through its neighbours, as a share of its diameter: 0 keeps them
+    /// apart, 1 asks nothing of them.
+    #[schemars(range(min = 0, max = 1))]
     pub overlap: f64,
 }
 
@@ -175,20 +184,23 @@ impl Default for Dust {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FineClass {
-    /// The class's name.
+    /// The class's name, up to 40 characters without white space or `#`.
+    #[schemars(regex(pattern = NAME))]
     pub name: String,
     /// One of the modelled shapes, or grains of the library.
     pub shape: ShapeSource,
-    /// Ribs at the sides of each fracture of a modelled shape, 0 to 2: the more, the more facets a body has. Without
-    /// it the shape's own number.
+    /// Ribs at the sides of each fracture of a modelled shape, 0 to 2: the more ribs, the more
+    /// facets. Without it the shape's own number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(max = 2))]
+    #[schemars(range(max = MOST_RIBS))]
     pub ribs: Option<u8>,
     /// Diameter of the sphere of equal volume, um; bodies are scaled to it.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub diameter_um: f64,
     /// The fine's material.
     pub material: String,
     /// Share of the fines by number; all shares together make 1.
+    #[schemars(range(min = 0, max = 1))]
     pub share: f64,
 }
 
@@ -199,16 +211,22 @@ pub struct Drop {
     /// What of a dusty grain collides.
     pub collision: Collision,
     /// Steps of the solver within a frame of 1/24 s.
+    #[schemars(range(min = 1, max = MOST_SUBSTEPS))]
     pub substeps: u32,
     /// Iterations of the solver within a step.
+    #[schemars(range(min = 1, max = MOST_ITERATIONS))]
     pub iterations: u32,
     /// Frames after which a bed that still moves is refused.
+    #[schemars(range(min = 1, max = MOST_FRAMES))]
     pub max_frames: u32,
     /// Length of the mean grain diameter in the solver's units: it is at home with a few.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub scale: f64,
     /// Gravity in the solver's units: only the clock depends on it.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub gravity: f64,
     /// Distance that the solver keeps between hulls, in its units.
+    #[schemars(range(min = 0))]
     pub margin: f64,
 }
 
@@ -239,7 +257,8 @@ impl Default for Drop {
 }
 
 impl Packing {
-    /// The shapes of all classes and the ribs asked of them, with the classes' places in the scene file.
+    /// The shapes of all classes and the ribs asked of them, with the classes' places in the scene
+    /// file.
     pub fn shapes(&self) -> impl Iterator<Item = (String, &ShapeSource, Option<u8>)> {
         let grains = self.grains.iter().map(|c| ("grains", &c.shape, c.ribs)).enumerate();
         let fines = self.fines.iter().map(|c| ("fines", &c.shape, c.ribs)).enumerate();
@@ -250,93 +269,5 @@ impl Packing {
     pub fn shapes_mut(&mut self) -> impl Iterator<Item = (&mut ShapeSource, &mut Option<u8>)> {
         let grains = self.grains.iter_mut().map(|class| (&mut class.shape, &mut class.ribs));
         grains.chain(self.fines.iter_mut().map(|class| (&mut class.shape, &mut class.ribs)))
-    }
-
-    /// What is wrong with it, in a scene of these materials.
-    pub(super) fn check(&self, materials: &[Material]) -> Checked {
-        let at = |key: &str| format!("geometry.packing.{key}");
-        unique(
-            self.grains.iter().map(|g| &*g.name).chain(self.fines.iter().map(|f| &*f.name)),
-            &at("grains"),
-        )?;
-        for (place, shape, ribs) in self.shapes() {
-            let ribs_at = at(&format!("{place}.ribs"));
-            if let ShapeSource::Library(FromLibrary { library }) = shape {
-                need(self.library.is_some(), &at("library"), || {
-                    format!("is not given, and {place}.shape asks for grains of it")
-                })?;
-                let shape_at = at(&format!("{place}.shape"));
-                need(!library.is_empty(), &shape_at, || "names no grain".into())?;
-                need(ribs.is_none(), &ribs_at, || {
-                    "grains of the library are not modelled: leave it out".into()
-                })?;
-            }
-            let ribs = ribs.unwrap_or(0);
-            need(ribs <= MOST_RIBS, &ribs_at, || format!("{ribs} is more than {MOST_RIBS}"))?;
-        }
-        for (i, grain) in self.grains.iter().enumerate() {
-            positive(grain.diameter_um, &at(&format!("grains[{i}].diameter_um")))?;
-            known(materials, &grain.material, &at(&format!("grains[{i}].material")))?;
-            need(grain.count <= MOST, &at(&format!("grains[{i}].count")), || {
-                format!("{} is more than {MOST}", grain.count)
-            })?;
-            match grain.fines {
-                Fines::Count(count) => {
-                    need(count <= MOST, &at(&format!("grains[{i}].fines")), || {
-                        format!("{count} is more than {MOST}")
-                    })?;
-                }
-                Fines::Cover(Cover { silhouette }) => need(
-                    (0.0..=1.0).contains(&silhouette),
-                    &at(&format!("grains[{i}].fines.silhouette")),
-                    || format!("{silhouette} is not within 0 to 1"),
-                )?,
-            }
-            need(grain.fines.is_none() || !self.fines.is_empty(), &at("fines"), || {
-                format!("{} wants fines, but there is no class of them", grain.name)
-            })?;
-        }
-        need((1..=100).contains(&self.dust.layers), &at("dust.layers"), || {
-            format!("{} is not within 1 to 100", self.dust.layers)
-        })?;
-        need((0.0..=1.0).contains(&self.dust.overlap), &at("dust.overlap"), || {
-            format!("{} is not within 0 to 1", self.dust.overlap)
-        })?;
-        for (i, fine) in self.fines.iter().enumerate() {
-            positive(fine.diameter_um, &at(&format!("fines[{i}].diameter_um")))?;
-            known(materials, &fine.material, &at(&format!("fines[{i}].material")))?;
-            need((0.0..=1.0).contains(&fine.share), &at(&format!("fines[{i}].share")), || {
-                format!("{} is not within 0 to 1", fine.share)
-            })?;
-        }
-        let shares: f64 = self.fines.iter().map(|fine| fine.share).sum();
-        need(self.fines.is_empty() || (shares - 1.0).abs() < 1e-6, &at("fines"), || {
-            format!("the shares make {shares}, not 1")
-        })?;
-        need(self.grains.iter().any(|grain| grain.count > 0), &at("grains"), || {
-            "there is no grain to drop".into()
-        })?;
-        need(self.variants > 0, &at("variants"), || "must be at least 1".into())?;
-        known(materials, &self.floor_material, &at("floor_material"))?;
-        need(self.crop_um >= 0.0, &at("crop_um"), || "must not be negative".into())?;
-        for length in self.tray_um {
-            positive(length, &at("tray_um"))?;
-            need(length < FARTHEST_UM, &at("tray_um"), || format!("{length} um is too long"))?;
-            need(length > 2.0 * self.crop_um, &at("crop_um"), || {
-                format!("a rim of {} um leaves nothing of a tray of {length} um", self.crop_um)
-            })?;
-        }
-        for (key, value) in [
-            ("drop.substeps", self.drop.substeps),
-            ("drop.iterations", self.drop.iterations),
-            ("drop.max_frames", self.drop.max_frames),
-        ] {
-            need(value > 0, &at(key), || "must be at least 1".into())?;
-        }
-        positive(self.drop.scale, &at("drop.scale"))?;
-        positive(self.drop.gravity, &at("drop.gravity"))?;
-        need(self.drop.margin.is_finite() && self.drop.margin >= 0.0, &at("drop.margin"), || {
-            "must not be negative".into()
-        })
     }
 }

@@ -5,11 +5,11 @@ from types import SimpleNamespace
 from unittest import mock
 
 import numpy as np
-from soilsig_blender import attempts, bed, checks
-from soilsig_blender.errors import BedError
-from soilsig_blender.pieces import Pieces, Solids
-from soilsig_blender.polyhedron import intersect
-from soilsig_blender.settle import Drop
+from soilsig_blender.check import attempts, bed_check, porosity
+from soilsig_blender.common.errors import BedError
+from soilsig_blender.drop.settle import Drop
+from soilsig_blender.dust.solids import DustySolids, Solids
+from soilsig_blender.model.polyhedron import intersect
 
 PACKING = {"tray_um": [1000, 1000], "seed": 1, "drop": {}}
 SETTINGS = {
@@ -44,7 +44,7 @@ def bare(prototype):
     core = Solids.of([prototype.grain])
     none = np.empty(0, int)
     radius = np.linalg.norm(prototype.outline, axis=1).max()
-    return Pieces(core, core.take(none), np.empty((0, 3)), np.empty(0), radius)
+    return DustySolids(core, core.take(none), np.empty((0, 3)), np.empty(0), radius)
 
 
 def dropped(*middles, settled=True):
@@ -55,16 +55,16 @@ def dropped(*middles, settled=True):
 
 class Checks(unittest.TestCase):
     def setUp(self):
-        patch = mock.patch.object(Pieces, "of", bare)
+        patch = mock.patch.object(DustySolids, "of", bare)
         patch.start()
         self.addCleanup(patch.stop)
 
     def found(self, drop):
-        return checks.check([grain(100.0)], drop, PACKING)["overlaps"]
+        return bed_check.check([grain(100.0)], drop, PACKING)["overlaps"]
 
     def refusal(self, drop):
         with self.assertRaises(BedError) as caught:
-            checks.check([grain(100.0)], drop, PACKING)
+            bed_check.check([grain(100.0)], drop, PACKING)
         return caught.exception
 
     def test_a_sound_bed_passes_with_its_gap(self):
@@ -143,11 +143,11 @@ class Tries(unittest.TestCase):
 
 class Porosity(unittest.TestCase):
     def test_the_interior_of_a_lattice_of_cubes(self):
-        with mock.patch.object(Pieces, "of", bare):
+        with mock.patch.object(DustySolids, "of", bare):
             places = [(x, y, z) for x in range(10) for y in range(10) for z in range(5)]
             drop = dropped(*(50 + 100 * np.array(places)))
-            porosity = bed._interior_porosity([grain(80.0)], drop, PACKING, 500.0)
-        self.assertAlmostEqual(porosity, 1 - 0.8**3, delta=0.015)
+            void_share = porosity._interior_porosity([grain(80.0)], drop, PACKING, 500.0)
+        self.assertAlmostEqual(void_share, 1 - 0.8**3, delta=0.015)
 
 
 if __name__ == "__main__":

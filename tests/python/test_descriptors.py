@@ -3,8 +3,8 @@
 import unittest
 
 import numpy as np
-from soilsig_blender import descriptors
-from soilsig_blender.polyhedron import intersect
+from soilsig_blender.model import descriptors
+from soilsig_blender.model.polyhedron import intersect
 
 
 def box(*sides):

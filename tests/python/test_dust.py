@@ -4,10 +4,12 @@ import unittest
 from unittest import mock
 
 import numpy as np
-from soilsig_blender import cover, dust, pieces, prototype
-from soilsig_blender.errors import BedError
-from soilsig_blender.randomness import stream
-from soilsig_blender.shapes import SHAPES, model
+from soilsig_blender.check.distance import gaps
+from soilsig_blender.common.errors import BedError
+from soilsig_blender.common.randomness import stream
+from soilsig_blender.dust import cover, dressing, prototype
+from soilsig_blender.dust.solids import Solids
+from soilsig_blender.model.shapes import SHAPES, model
 
 TOUCH_UM = 1e-4
 FINES = [
@@ -19,7 +21,9 @@ grain = model(SHAPES["grain_500"], 400.0, stream(1, "shape", "grain", 0))
 
 
 def dressed(wanted, layers=8, overlap=0, classes=fines):
-    return dust.dress(grain, classes, wanted, {"layers": layers, "overlap": overlap}, 1, "grain_0")
+    return dressing.dress(
+        grain, classes, wanted, {"layers": layers, "overlap": overlap}, 1, "grain_0"
+    )
 
 
 def solids(worn):
@@ -27,7 +31,7 @@ def solids(worn):
     bodies = [body for fine in fines for body in fine.bodies]
     first = np.cumsum([0] + [len(fine.bodies) for fine in fines])
     which = first[worn.kind] + worn.body
-    return pieces.Solids.of(bodies).take(which).moved(worn.rotation, worn.position)
+    return Solids.of(bodies).take(which).moved(worn.rotation, worn.position)
 
 
 def depths(worn):
@@ -37,12 +41,15 @@ def depths(worn):
     i, j = i[near], j[near]
     placed = solids(worn)
     diameter = np.array([fine.diameter_um for fine in fines])[worn.kind]
-    return -pieces._gaps(placed.take(i), placed.take(j)) / np.minimum(diameter[i], diameter[j])
+    return -gaps(placed.take(i), placed.take(j)) / np.minimum(diameter[i], diameter[j])
 
 
 class Covers(unittest.TestCase):
     def test_a_cover_that_all_fines_do_not_make_is_refused_by_their_number(self):
-        with mock.patch.object(dust, "_MOST", 8), self.assertRaisesRegex(BedError, "8 fines are"):
+        with (
+            mock.patch.object(dressing, "_MOST", 8),
+            self.assertRaisesRegex(BedError, "8 fines are"),
+        ):
             dressed({"silhouette": 0.9})
 
 

@@ -1,4 +1,4 @@
-"""What the recipe says of a class's ribs: read, refused by its key, and modelled."""
+"""What the recipe says of a class: the ribs of its fractures, and own grains taken in turn."""
 
 import json
 import os
@@ -6,9 +6,9 @@ import tempfile
 import unittest
 
 import numpy as np
-from soilsig_blender import prototype, recipe
-from soilsig_blender.errors import RecipeError
-from soilsig_blender.shapes import SHAPES
+from soilsig_blender.common import recipe
+from soilsig_blender.dust import prototype
+from soilsig_blender.model.shapes import SHAPES
 
 SPARSE = os.path.join(os.path.dirname(__file__), "..", "..", "scenes", "sparse.json")
 
@@ -49,21 +49,9 @@ class Ribs(unittest.TestCase):
         for one, other in zip(own, fines(loaded(lambda packing: None))):
             np.testing.assert_array_equal(one.vertices, other.vertices)
 
-    def test_others_are_refused_by_their_key(self):
-        for ribs in (3, -1, 1.5, True, "1", None):
-            with self.assertRaisesRegex(RecipeError, r"packing\.fines\[0\]\.ribs: is "):
-                loaded(asking(ribs))
 
-        def of_library(packing):
-            packing.update(library="grains")
-            packing["grains"][1].update(shape={"library": ["stone"]}, ribs=1)
-
-        with self.assertRaisesRegex(RecipeError, r"packing\.grains\[1\]\.ribs: .* the library"):
-            loaded(of_library)
-
-
-class Libraries(unittest.TestCase):
-    def test_each_grain_of_a_library_is_modelled_as_often(self):
+class OwnGrains(unittest.TestCase):
+    def test_each_of_them_is_modelled_as_often(self):
         for names, bodies in ((1, 4), (3, 6), (4, 4), (5, 5)):
             self.assertEqual(recipe.whole_rounds(4, {"library": list("abcde"[:names])}), bodies)
         self.assertEqual(recipe.whole_rounds(4, "fine_35"), 4)

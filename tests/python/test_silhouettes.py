@@ -5,11 +5,11 @@ import sys
 import unittest
 
 import numpy as np
-from soilsig_blender import convex, from_silhouette, mesh_checks, silhouette
-from soilsig_blender.descriptors import outline
-from soilsig_blender.errors import BedError
-from soilsig_blender.randomness import stream
-from soilsig_blender.shapes import SHAPES
+from soilsig_blender.common.errors import BedError
+from soilsig_blender.common.randomness import stream
+from soilsig_blender.model import body_check, convex_hull, silhouette, silhouette_body
+from soilsig_blender.model.descriptors import outline
+from soilsig_blender.model.shapes import SHAPES
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../scripts"))
 import sem_image
@@ -70,18 +70,19 @@ class Modelling(unittest.TestCase):
         middle = (traced.hull.min(axis=0) + traced.hull.max(axis=0)) / 2
         for seed in range(8):
             name = ("grain_500", "grain_853")[seed % 2]
-            body, told = from_silhouette.model(
+            body, told = silhouette_body.model(
                 traced, 0.8, 0.8, SHAPES[name], stream(seed, "silhouette")
             )
-            mesh_checks.check(body, name)
+            body_check.check(body, name)
             self.assertGreater(len(body.facets), 20)
             # Measured here against what was drawn, pixel by pixel.
             corners = outline(body.vertices[:, :2]) / 0.8 + middle
             shown = sem_image.within(X, Y, corners)
-            self.assertGreaterEqual(share(shown, TRUE), from_silhouette.LEAST_OVERLAP)
+            self.assertGreaterEqual(share(shown, TRUE), silhouette_body.LEAST_OVERLAP)
             self.assertAlmostEqual(share(shown, traced.mask), told, 3)
             self.assertAlmostEqual(
-                convex.hull_of(body.vertices).volume_and_centroid[0] / body.volume_and_centroid[0],
+                convex_hull.hull_of(body.vertices).volume_and_centroid[0]
+                / body.volume_and_centroid[0],
                 1,
                 6,
             )
@@ -91,7 +92,7 @@ class Modelling(unittest.TestCase):
         traced = silhouette.trace(0.8 * ring)
         self.assertLess(traced.solidity, 0.8)
         with self.assertRaisesRegex(BedError, r"fills 0\.\d+ of its convex hull"):
-            from_silhouette.model(traced, 1.0, 0.8, SHAPES["grain_500"], stream(1, "s"))
+            silhouette_body.model(traced, 1.0, 0.8, SHAPES["grain_500"], stream(1, "s"))
 
 
 if __name__ == "__main__":

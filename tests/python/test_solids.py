@@ -3,9 +3,9 @@
 import unittest
 
 import numpy as np
-from soilsig_blender import convex, mesh_checks, shapes
-from soilsig_blender.randomness import stream
-from soilsig_blender.solid_checks import TriangleMesh, faults
+from soilsig_blender.common.randomness import stream
+from soilsig_blender.model import body_check, convex_hull, shapes
+from soilsig_blender.model.mesh_faults import TriangleMesh, faults
 
 CUBE = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], float) * 100
 SIDES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -21,8 +21,8 @@ class Hull(unittest.TestCase):
             body = shapes.model(shapes.SHAPES[name], 500.0, stream(3, "shape", name))
             # As a modelling program holds it, in millimetres and single precision.
             single = (body.vertices / 1000).astype(np.float32).astype(float) * 1000
-            hull = convex.hull_of(np.vstack([single, 0.5 * single]))
-            mesh_checks.check(hull, name, 2 * convex.FLATNESS)
+            hull = convex_hull.hull_of(np.vstack([single, 0.5 * single]))
+            body_check.check(hull, name, 2 * convex_hull.FLATNESS)
             self.assertEqual(len(hull.facets), len(body.facets))
             one, two = body.volume_and_centroid[0], hull.volume_and_centroid[0]
             self.assertAlmostEqual(two / one, 1, 6)
@@ -34,20 +34,20 @@ class Hull(unittest.TestCase):
         clouds = [grid, np.round(rng.normal(size=(60, 3)), 1), rng.normal(size=(200, 3))]
         for points in clouds:
             with np.errstate(invalid="raise", divide="raise"):
-                hull = convex.hull_of(points)
-            mesh_checks.check(hull, "a hull", 2 * convex.FLATNESS)
+                hull = convex_hull.hull_of(points)
+            body_check.check(hull, "a hull", 2 * convex_hull.FLATNESS)
             size = np.ptp(points, axis=0).max()
-            self.assertGreater(convex.depth_below(hull, points).min(), -2e-5 * size)
-        self.assertEqual(len(convex.hull_of(grid).facets), 6)
+            self.assertGreater(convex_hull.depth_below(hull, points).min(), -2e-5 * size)
+        self.assertEqual(len(convex_hull.hull_of(grid).facets), 6)
 
     def test_a_corner_hardly_off_an_edge_makes_no_facet_without_breadth(self):
         near = np.array([50, -1e-4, -1e-4])
-        hull = convex.hull_of(np.vstack([CUBE, near, near + near * (0.4, 0, 0)]))
+        hull = convex_hull.hull_of(np.vstack([CUBE, near, near + near * (0.4, 0, 0)]))
         self.assertEqual((len(hull.facets), len(hull.vertices)), (6, 8))
 
     def test_of_points_in_a_plane_is_refused(self):
         with self.assertRaisesRegex(ValueError, "plane"):
-            convex.hull_of(CUBE * (1, 1, 0) + (0, 0, 5))
+            convex_hull.hull_of(CUBE * (1, 1, 0) + (0, 0, 5))
 
 
 class Faults(unittest.TestCase):

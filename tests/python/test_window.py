@@ -9,7 +9,8 @@ import unittest
 import bpy
 import numpy as np
 import soilsig_addon
-from soilsig_blender import library, recipe
+from soilsig_blender.common import recipe
+from soilsig_blender.model import own_grains
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../scripts"))
 import sem_image
@@ -91,8 +92,8 @@ class Window(unittest.TestCase):
         bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2, radius=0.25)
         o = bpy.context.active_object
         bpy.ops.soilsig.save()
-        said = library.entries(self.settings.library)
-        self.assertEqual([*said], [o.name] if library.NAME.fullmatch(o.name) else [])
+        said = own_grains.entries(self.settings.library)
+        self.assertEqual([*said], [o.name] if own_grains.NAME.fullmatch(o.name) else [])
 
     def test_a_damaged_grain_is_refused_and_its_faces_are_selected(self):
         o = self.shape()
@@ -156,9 +157,9 @@ class Window(unittest.TestCase):
         o = self.shape("grain_640", 640)
         o.name = "stone"
         bpy.ops.soilsig.save()
-        said = library.entries(self.settings.library)["stone"]
+        said = own_grains.entries(self.settings.library)["stone"]
         self.assertEqual((said["size_class"], said["diameter_um"]), ("grain_640", 640))
-        body = library.load(self.settings.library, "stone")
+        body = own_grains.load(self.settings.library, "stone")
         self.assertEqual(len(body.facets), len(o.data.polygons))
         o.name = "a stone"
         self.refused("cannot name a grain", bpy.ops.soilsig.save)
@@ -168,7 +169,7 @@ class Window(unittest.TestCase):
         with open(path, "w", encoding="utf-8") as file:
             file.write("\n".join(lines[:-1]))
         with self.assertRaisesRegex(Exception, "stone.obj: it is open"):
-            library.load(self.settings.library, "stone")
+            own_grains.load(self.settings.library, "stone")
 
     def test_the_scene_of_a_library_is_a_recipe_that_the_scripts_take(self):
         path = os.path.join(self.folder, "bed.json")

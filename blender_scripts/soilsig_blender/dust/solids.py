@@ -1,0 +1,112 @@
+"""A dusty grain as a union of convex solids: the grain itself and its fines."""
+
+import numpy as np
+
+from ..common.arrays import padded
+
+
+def distances(points, centre):
+    """From each point to the centre."""
+    return np.linalg.norm(points - centre, axis=1)
+
+
+class Solids:
+    """Convex solids side by side, their arrays padded to one size by repetition."""
+
+    def __init__(self, corners, normals, offsets, edge_normals, edge_points):
+        self.corners = corners  # (N, V, 3)
+        self.normals = normals  # (N, F, 3)
+        self.offsets = offsets  # (N, F)
+        self.edge_normals = edge_normals  # (N, E, 2, 3) of the facets that meet
+        self.edge_points = edge_points  # (N, E, 3)
+
+    @classmethod
+    def of(cls, bodies):
+        return cls(
+            padded([body.vertices for body in bodies]),
+            padded([body.normals for body in bodies]),
+            padded([body.offsets for body in bodies], ()),
+            padded([body.normals[body.edges[:, :2]] for body in bodies], (2, 3)),
+            padded([body.vertices[body.edges[:, 2]] for body in bodies]),
+        )
+
+    def take(self, which):
+        return Solids(
+            self.corners[which],
+            self.normals[which],
+            self.offsets[which],
+            self.edge_normals[which],
+            self.edge_points[which],
+        )
+
+    def at(self, i):
+        """Solid i alone; a single solid stands for every i."""
+        return self.take([min(i, len(self.corners) - 1)])
+
+    def moved(self, turn, shift):
+        """Turned and shifted; one pose for all, or one for each."""
+        back = np.swapaxes(turn, -1, -2)
+        normals = self.normals @ back
+        offsets = self.offsets + (normals @ shift[..., :, None])[..., 0]
+        shift = shift[..., None, :]
+        return Solids(
+            self.corners @ back + shift,
+            normals,
+            offsets,
+            self.edge_normals @ back[..., None, :, :],
+            self.edge_points @ back + shift,
+        )
+
+
+class DustySolids:
+    """The solids of one dusty grain: the grain itself and its fines with their outer spheres."""
+
+    def __init__(self, core, fines, centre, outer, radius):
+        self.core = core
+        self.fines = fines
+        self.centre = centre  # (N, 3)
+        self.outer = outer  # (N,)
+        self.radius = radius  # of the dusty grain about its centre of mass
+
+    @classmethod
+    def of(cls, prototype):
+        bodies = [body for fine in prototype.fines for body in fine.bodies]
+        first = np.cumsum([0] + [len(fine.bodies) for fine in prototype.fines])
+        dust = prototype.dust
+        which = first[dust.kind] + dust.body
+        centres = np.array([body.volume_and_centroid[1] for body in bodies]).reshape(-1, 3)
+        radii = np.array([distances(b.vertices, c).max() for b, c in zip(bodies, centres)])
+        return cls(
+            Solids.of([prototype.grain]),
+            Solids.of(bodies).take(which).moved(dust.rotation, dust.position),
+            (dust.rotation @ centres[which][..., None])[..., 0] + dust.position,
+            radii[which],
+            distances(prototype.outline, np.zeros(3)).max(),
+        )
+
+    def facing(self, point, distance):
+        """The grain with those of its fines that come within the distance of a point."""
+        near = np.flatnonzero(distances(self.centre, point) < self.outer + distance)
+        return DustySolids(
+            self.core, self.fines.take(near), self.centre[near], self.outer[near], self.radius
+        )
+
+    def contain(self, points):
+        """Whether each point is inside the grain or one of its fines."""
+        inside = (points @ self.core.normals[0].T <= self.core.offsets[0]).all(axis=1)
+        outside = np.flatnonzero(~inside)
+        squared = ((points[outside, None] - self.centre) ** 2).sum(axis=2)
+        point, fine = np.nonzero(squared < self.outer**2)
+        heights = np.einsum("nfi,ni->nf", self.fines.normals[fine], points[outside[point]])
+        within = (heights <= self.fines.offsets[fine]).all(axis=1)
+        inside[outside[point[within]]] = True
+        return inside
+
+    def moved(self, turn, shift):
+        return DustySolids(
+            self.core.moved(turn, shift),
+            self.fines.moved(turn, shift),
+            self.centre @ turn.T + shift,
+            self.outer,
+            self.radius,
+        )

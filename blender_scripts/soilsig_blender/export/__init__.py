@@ -1,0 +1,1 @@
+"""The files: meshes, the placed scene, Blender's own files and the report."""
