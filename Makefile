@@ -1,8 +1,8 @@
-# Two commands do everything; both first install what is missing (scripts/setup.sh).
+# `make run` and `make test` first install what is missing (scripts/setup.sh).
 
-# What `make run` simulates: full, less, sparse, bare or all.
+# The coverage that `make run` simulates: full, less, sparse, bare or all.
 COVERAGE = sparse
-# What `make test` leaves out, where it cannot be had: blender, bpy, mitsuba, readers, window.
+# Tests that `make test` leaves out, for want of a tool: blender, bpy, mitsuba, readers, window.
 WITHOUT =
 
 .PHONY: help run test lint docs setup bench intervals chart scale packings tolerances budgets facets stress clean
@@ -10,10 +10,10 @@ WITHOUT =
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
 
-run: setup ## simulate a soil, from Blender to its emissivity curve
+run: setup ## simulate a soil: make its bed in Blender, trace it, write its emissivity curve
 	cargo run --release -- pipeline --coverage $(COVERAGE)
 
-setup: ## install what `make run` needs
+setup: ## install the tools that `make run` needs
 	@sh scripts/setup.sh run
 
 test: ## lint, and run every test, in Blender and in Python's bpy
@@ -41,45 +41,54 @@ docs: ## build the documents into a site in target/docs; a dead link is an error
 	@sh scripts/setup.sh docs
 	.tools/docs/bin/python -m sphinx -q -E -a -n -W --keep-going docs target/docs
 
-bench: setup ## time the pipeline, and the tracer beside Embree and Mitsuba (docs/performance.md)
+# docs/measurements/stages.md and tracer_speed.md
+bench: setup ## time the pipeline; compare the tracer with Embree and Mitsuba
 	cargo bench --bench stages
 	benches/embree/run.sh
 	benches/mitsuba/run.sh
 
-intervals: ## count how often the 95 % intervals hold the truth (docs/tracer.md)
+# docs/measurements/intervals.md
+intervals: ## count how often the 95 % intervals hold the truth
 	cargo bench --bench intervals
 
-chart: setup ## chart error against time, of the settled patch and of sparse beds (docs/performance.md)
+# docs/measurements/speed_against_accuracy.md
+chart: setup ## chart error against time, for the settled patch and for sparse beds
 	cargo build --release
 	benches/mitsuba/run.sh --points docs/figures/chart_patch/mitsuba.csv
 	target/release/soilsig chart scenes/settled_patch.json --beside docs/figures/chart_patch/mitsuba.csv \
 	    --out docs/figures/chart_patch
 	target/release/soilsig chart sparse --out docs/figures/chart_sparse
 
-scale: setup ## chart what fields of 10^4 to 10^9 particles cost (docs/tracer.md)
+# docs/measurements/scale.md
+scale: setup ## chart time and memory of fields of 10^4 to 10^9 particles
 	cargo run --release -- pipeline --coverage sparse
 	python3 scripts/scale.py target/release/soilsig out/sparse/scene.json
 
-packings: setup ## measure what packings differ by, and what is left of the tray (docs/geometry.md)
+# docs/measurements/packings.md
+packings: setup ## measure the spread between packings and the effect of the tray
 	cargo build --release
 	python3 scripts/packings.py target/release/soilsig scenes/sparse.json 24 6000
 
-tolerances: setup ## measure what planned runs cost and whether they hold: an hour and a half (docs/performance.md)
+# docs/measurements/tolerances.md
+tolerances: setup ## measure the time and the error of planned runs (takes 90 minutes)
 	cargo build --release
 	python3 scripts/tolerances.py target/release/soilsig scenes/sparse.json out/tolerances .02 .01 .005 .002 .001
 
-budgets: setup ## count how often the error budget holds, on recipes drawn at random (docs/performance.md)
+# docs/measurements/budgets.md
+budgets: setup ## count how often the error budget holds, on random recipes
 	cargo build --release
 	python3 scripts/budget.py target/release/soilsig 42 out/budgets.csv 3
 
-facets: setup ## measure what facets of grains and fines are worth, in beds that lie already (docs/geometry.md)
+# docs/measurements/facets.md
+facets: setup ## measure the effect of the number of facets, in finished beds
 	cargo build --release
 	python3 scripts/facets.py target/release/soilsig 8
 
-stress: setup ## drive the method to where it fails, and remake the atlas of docs/stability.md
+# docs/measurements/stability.md
+stress: setup ## drive the method until it fails; write the figure and tables of its atlas
 	cargo build --release
 	python3 scripts/stability.py target/release/soilsig
 
-clean: ## remove what was built and installed here: target, .venv, .tools
+clean: ## remove all builds and installed tools: target, .venv, .tools
 	cargo clean
 	rm -rf .venv .tools

@@ -1,5 +1,5 @@
-//! Closest hits per second, ours and Embree's single rays, on the same bed and the same rays, one thread
-//! each: the rays of paths through a settled bed of dusty grains. `benches/embree/run.sh` starts it.
+//! Closest hits per second of soilsig and of Embree's single rays, one thread each. The rays are
+//! those of paths through a settled bed of dusty grains. `benches/embree/run.sh` starts it.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -15,15 +15,15 @@ use soilsig::tracer::bvh::{Accelerator, Hit};
 
 /// Paths whose rays are traced; about ten rays each.
 const PATHS: u64 = 100_000;
-/// Rays of a path after which it is left.
+/// Most rays of a path.
 const LONGEST: usize = 128;
 /// Runs of each, in turn.
 const RUNS: usize = 5;
-/// How far a ray starts off its facet: further than single precision rounds in a bed of some millimetres,
-/// since Embree has no other, um.
+/// The distance of a ray's start from its facet, um: more than the rounding of single precision,
+/// which is all that Embree has, in a bed of some millimetres.
 const OFF_UM: f64 = 0.01;
 
-/// A ray in single precision about the middle of the domain, so that both trace the same.
+/// A ray in single precision relative to the middle of the domain, so that both trace the same.
 struct Ray {
     origin: Vec3,
     direction: Vec3,
@@ -106,7 +106,7 @@ fn main() -> io::Result<()> {
 }
 
 impl Bench {
-    /// The rays of one path from above: in the domain's mirror sides, by the cosine from every facet.
+    /// The rays of one path from above: mirror sides, cosine-weighted scatter from every facet.
     fn path(&self, number: u64) -> Vec<Ray> {
         let mut random = Source::new(1, Purpose::Result).stream(number);
         let domain = &self.bed.domain;
@@ -140,7 +140,7 @@ impl Bench {
                 let (tangent, other) = normal.any_orthonormal_pair();
                 direction = u.sqrt() * (cos * tangent + sin * other) + (1.0 - u).sqrt() * normal;
             } else {
-                // To the sky, through the floor, or back from a side.
+                // The ray reaches the sky, passes the floor, or is reflected by a side.
                 let axis = exits.min_position();
                 if axis == 2 {
                     break;
@@ -158,7 +158,7 @@ impl Bench {
         self.accelerator.closest(origin, ray.direction.as_dvec3().normalize(), ray.t_max.into())
     }
 
-    /// What `closest_hits.c` reads.
+    /// The input of `closest_hits.c`.
     fn write(&self, rays: &[Ray], mut file: impl Write) -> io::Result<()> {
         let mut words =
             |words: &[u32]| words.iter().try_for_each(|word| file.write_all(&word.to_ne_bytes()));

@@ -1,5 +1,7 @@
-//! How often the 95 % interval of a trace holds the truth: independent runs of the shipped patch against a far longer
-//! reference. `make intervals` prints the table of docs/tracer.md.
+//! Counts how often the 95 % interval of a trace holds the truth: independent runs of the shipped
+//! patch against a far longer reference.
+//!
+//! `make intervals` prints the table of docs/measurements/intervals.md.
 
 use std::path::Path;
 
@@ -15,7 +17,8 @@ use soilsig::tracer::until::{self, Watch};
 const RUNS: u64 = 1600;
 /// Paths of the reference: its error is a tenth of that of the runs.
 const REFERENCE: u64 = 1 << 22;
-/// Where the curve is looked at, um: the troughs and the peak between them, a slope, the long-wave side.
+/// The wavelengths that are compared, um: two troughs, the peak between them, a slope, two
+/// beyond 10 um.
 const BANDS_UM: [f64; 6] = [8.2, 8.5, 8.63, 8.97, 11.0, 12.5];
 
 fn main() {
@@ -41,8 +44,8 @@ fn main() {
     let reference = run(1 << 40, exactly(REFERENCE, 1e-4));
 
     println!(
-        "| what ends a run | wavelength, um | intervals that hold the reference, % | 95 % | standard error that is stated \
-         : found |"
+        "| what ends a run | wavelength, um | intervals that hold the reference, % | 95 % | \
+         standard error stated : found |"
     );
     println!("|---|---|---|---|---|");
     for (row, (what, target)) in (0..).zip([
@@ -52,7 +55,7 @@ fn main() {
         ("4096 paths", exactly(4096, 0.005)),
     ]) {
         let mut held = [0; BANDS_UM.len()];
-        // Sums of squares: of what is stated, of what runs are off by.
+        // Sums of squares: of the stated standard error, of the true error.
         let mut squares = [[0.0; 2]; BANDS_UM.len()];
         for number in 1..=RUNS {
             let found = run(row * RUNS + number, target);

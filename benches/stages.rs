@@ -1,5 +1,5 @@
-//! How long the pipeline and its stages take, as the user waits for them: medians over several runs of
-//! the program itself. `make bench` prints the table of docs/performance.md.
+//! Wall time of the pipeline and its stages: medians over several runs of the program.
+//! `make bench` prints the table of docs/measurements/stages.md.
 
 use std::path::Path;
 use std::process::Command;
@@ -9,7 +9,7 @@ use serde_json::Value;
 
 /// Runs of the whole pipeline.
 const RUNS: usize = 5;
-/// Runs of what takes a moment only.
+/// Runs of stages that take less than a second.
 const SHORT_RUNS: usize = 20;
 
 /// Wall time in seconds, and what the program printed.
@@ -19,7 +19,7 @@ fn timed(folder: &Path, args: &[&str]) -> (f64, String) {
     let started = Instant::now();
     let output = command.output().expect("it starts");
     let seconds = started.elapsed().as_secs_f64();
-    // 4: an interval wider than asked; how often it comes is part of the table.
+    // 4: the tolerance was not reached; the table counts these runs.
     let done = output.status.success() || output.status.code() == Some(4);
     assert!(done, "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
     (seconds, String::from_utf8(output.stdout).expect("UTF-8"))
@@ -83,7 +83,7 @@ fn main() {
     }
 }
 
-/// Wall time, and the record that the run printed.
+/// Wall time and the record of a run.
 fn recorded(folder: &Path, args: &[&str]) -> (f64, Value) {
     let (seconds, text) = timed(folder, args);
     (seconds, serde_json::from_str(&text).expect("JSON"))
@@ -95,7 +95,7 @@ fn stage_seconds(record: &Value, stage: &str) -> f64 {
     seconds.sum::<Option<f64>>().expect("a time")
 }
 
-/// A shipped scene with so many grains in a tray as much larger or smaller.
+/// A shipped scene with another number of grains, in a tray of proportional area.
 fn of_grains(folder: &Path, coverage: &str, grains: u64) -> String {
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{coverage}.json"));
     let text = std::fs::read_to_string(shipped).expect("a shipped scene");

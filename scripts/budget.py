@@ -1,11 +1,11 @@
-"""How often the error budget holds: results of recipes drawn at random beside far finer ones.
+"""Counts how often the error budget holds, on random recipes and far finer references.
 
 python3 scripts/budget.py SOILSIG RECIPES OUT.csv [SEED]
 
 Each recipe is run with one packing and with four. The reference has REFERENCE packings of other
-seeds, of the same recipe in a tray of twice the area and half as deep again, with a rim that is
-wider by 200 um and less noise of the rays. Writes a line for each recipe, run and band, and prints
-the table of docs/performance.md. Needs nothing but Python's own library.
+seeds. Its tray has twice the area, its bed is 1.5 times as deep, its rim is wider by 200 um, and
+its rays have less noise. Writes a line for each recipe, run and band. Prints the
+table of docs/measurements/budgets.md. Needs nothing but Python's own library.
 """
 
 import csv
@@ -28,11 +28,11 @@ TOLERANCE, REFERENCE_TOLERANCE = 0.01, 0.003
 TERMS = ("rays_half_width_95", "packings_half_width_95", "rim", "floor", "given_up")
 SHAPES = {"grain_500": 500, "grain_640": 640, "grain_853": 853}
 BUILTIN = ("quartz_fine", "quartz_medium", "quartz_coarse")
-# Coarser than the default: every bed of the comparison has it.
+# Coarser than the default, and the same for all beds.
 DROP = {"substeps": 3, "iterations": 15}
-# Share of a tray's volume below the bed's surface that grains fill, walls and all.
+# The share of the tray's volume below the bed's surface that grains fill.
 SOLID = 0.45
-# Fines find no seat, or the bed is refused.
+# Exit statuses: fines find no seat, or the bed is refused.
 REFUSED, NOT_REACHED = (13, 16), 4
 
 
@@ -66,7 +66,7 @@ def recipe(draws, number):
     diameters = [SHAPES[shape] * draws.uniform(0.75, 1.25) for shape in shapes]
     count = draws.randint(15, 30)
     counts = [count // len(shapes) + (i < count % len(shapes)) for i in range(len(shapes))]
-    # Few fines more often than many: these take their time.
+    # Few fines more often than many, which take long.
     fines = round(250 * draws.random() ** 2)
     coarse_share = round(draws.random(), 2)
     volume = sum(n * math.pi / 6 * d**3 for n, d in zip(counts, diameters))
@@ -128,7 +128,7 @@ def spectrum(draws, kind):
 
 
 def finer(scene):
-    """The recipe in a wider tray, deeper, seen further from the walls, with other seeds."""
+    """The recipe with a wider tray, a deeper bed, a wider rim and other seeds."""
     scene = json.loads(json.dumps(scene))
     packing = scene["geometry"]["packing"]
     packing["tray_um"] = [math.sqrt(2) * side for side in packing["tray_um"]]
@@ -141,7 +141,7 @@ def finer(scene):
 
 
 def judged(soilsig, scene, folder):
-    """A line for each run and band; none where a bed was refused."""
+    """A line for each run and band; no line if a bed was refused."""
     folder = folder / scene["name"]
     folder.mkdir()
     reference = run(soilsig, finer(scene), REFERENCE, REFERENCE_TOLERANCE, folder / "reference")
@@ -165,7 +165,7 @@ def judged(soilsig, scene, folder):
 
 
 def run(soilsig, scene, packings, tolerance, out):
-    """What a run says of each band: columns of its signature and of its budget."""
+    """The columns of a run's signature and budget for each band."""
     file = out.with_suffix(".json")
     file.write_text(json.dumps(scene))
     what = ["--scene", file, "--packings", packings, "--tolerance", tolerance, "--out", out]
@@ -230,7 +230,7 @@ def total(line):
 
 
 def holds(line):
-    """Whether the reference is within the budget, as far as it is known itself."""
+    """Whether the reference is within the budget and its own uncertainty."""
     return abs(error(line)) <= math.hypot(total(line), line["reference_half_width_95"])
 
 

@@ -1,16 +1,17 @@
-"""The tables of docs/chemistry.md: facet spectra against measured quartz powders.
+"""Compares facet spectra with measured quartz powders.
+
+Prints the tables of docs/measurements/powders.md and docs/measurements/sand_beds.md.
 
     python3 scripts/chemistry.py SOILSIG FOLDER LIBRARY-FILE...
 
 It needs numpy. LIBRARY-FILEs are hemispherical reflectances of quartz of the ECOSTRESS library,
-fine, medium and coarse, samples TS-1A and TS-1B; fetch them from the library's site. Each bed is
-dropped once (scenes/quartz_sand.json, and with changes made to it here) and traced again for each
-kind of facet. Everything goes into FOLDER, the charts of the document too; what is there already is
-used.
+fine, medium and coarse, samples TS-1A and TS-1B. Fetch them from the library's site. Each bed is
+dropped once (scenes/quartz_sand.json, some with changes) and traced for each kind of facet. Tables
+and charts go into FOLDER. Results that are already in FOLDER are used again.
 
     python3 scripts/chemistry.py SOILSIG FOLDER --pure-bed spectra/pure_bed.json
 
-makes the shipped pure bed anew, and needs no library file.
+makes the shipped pure bed again. It needs no library file.
 """
 
 import argparse
@@ -44,7 +45,7 @@ class Measured:
         if not re.search(r"Y Units: *Reflect[ae]nce \(percent\)", header) or (
             "emispherical" not in header
         ):
-            raise SystemExit(f"{path}: this is no hemispherical reflectance in percent")
+            raise SystemExit(f"{path}: not a hemispherical reflectance in percent")
         self.path = path
         self.size = re.search(r"Particle Size: *(\w+)", header)[1].lower()
         self.sample = re.search(r"Sample No\.: *(\S+)", header)[1].upper()
@@ -81,7 +82,7 @@ class Work:
         recipe, out = self.folder / f"{name}.json", self.folder / name
         recipe.write_text(json.dumps(scene, indent=1))
         what = ["--scene", recipe, "--packings", packings, "--out", out]
-        # How sure the rays are does not matter yet: each bed is traced again.
+        # The noise of these rays does not matter: each bed is traced again.
         if not (out / "run.json").is_file():
             self.run("pipeline", *what, "--tolerance", 0.3, "--range", "9-9")
         return [out / f"packings/{i + 1}/scene.json" for i in range(packings)]
@@ -96,7 +97,7 @@ class Work:
             placed, table = bed.with_name(f"{name}.json"), bed.with_name(f"{name}_table.json")
             placed.write_text(json.dumps(scene))
             if not table.is_file():
-                # All bands of the range are of concern to the paths that are given up.
+                # The rule that ends paths considers all bands of the range.
                 self.run("trace", placed, "--out", table, "--paths", PATHS, "--range", "7.5-12")
             tables.append(table)
         return tables
@@ -201,7 +202,7 @@ def evaluated(tables, reflectances):
     for path in tables:
         histogram = json.loads(path.read_text())["histogram"]
         states = [(s, sum(n for _, n in c)) for s, c in histogram["escaped"]]
-        # What is given up still counts with half.
+        # A path that is given up counts half.
         states += [(s, sum(n for _, n in c) / 2) for s, c in histogram["trapped"]]
         hits = np.zeros((len(states), COSINES))
         for counts, (state, _) in zip(hits, states):
@@ -332,7 +333,7 @@ def porosity(beds):
 
 
 def pure_bed(tables):
-    """Shares of paths by number of hits, which make 1: of those that roulette did not end."""
+    """Shares of paths by number of hits, among paths that Russian roulette did not end."""
     beds = [json.loads(path.read_text())["histogram"] for path in tables]
     of_each = np.zeros((2, len(beds), 129))
     for i, histogram in enumerate(beds):
@@ -355,7 +356,7 @@ def reflectance(pure, facet):
 
 
 def no_gaps(change):
-    """Without the gaps between the grains that the sand has: the drop's own margin."""
+    """The sand without its gaps between grains: the drop's default margin."""
 
     def changed(packing):
         packing.pop("drop")
@@ -391,7 +392,7 @@ BEDS = {
     "fine_60_gaps": gaps(0.4, "fine_60"),
     "grain_500_gaps": gaps(0.5, "grain_500"),
 }
-# Traced in more packings, and compared band by band.
+# Beds that are traced in more packings and compared band by band.
 FRESNEL_BEDS = ("quartz_sand", "quartz_sand_touching")
 
 
@@ -410,7 +411,7 @@ def modes_table(work, beds, others, measured):
             "inverted, another bed": work.curve(other, "--spectrum", f"quartz=inverted:{powder}"),
             "fresnel": fresnel,
         }
-        # The same bed in another size reflects alike; where it is opaque differs.
+        # The same bed in another size reflects alike; only its opaque bands differ.
         scaled = work.trace([resized(beds[0], diameter_um)], f"specular_{size}", SPECULAR)
         valid = work.curve(scaled).valid
         for mode, curve in by_mode.items():
@@ -428,7 +429,7 @@ def share(valid):
 
 
 def resized(bed, diameter_um):
-    """A placed bed as if its grains of 300 um were of another diameter."""
+    """A placed bed scaled from grains of 300 um to another diameter."""
     scene, factor = json.loads(bed.read_text()), diameter_um / 300
     placed = scene["geometry"]["placed"]
     for instance in placed["instances"]:
@@ -489,7 +490,7 @@ FULL = (("fine", "fine"), ("coarse", "coarse"), ("floor", "coarse"))
 
 
 def chart(work, name, curves, measured):
-    """Curves beside measured ones, as a PNG: it gives the library's points to nobody."""
+    """Computed and measured curves as a PNG, so that the library's points are not passed on."""
     files = []
     for label, curve in curves.items():
         files.append(work.folder / label)  # the name is the label

@@ -1,8 +1,9 @@
-"""Prints how much of each grain its fines cover, by number of fines and share of 60 um fines.
+"""Prints the share of each grain that fines cover, by number of fines and share of 60 um fines.
 
-python3 scripts/cover_table.py [LAYERS OVERLAP]     (the recipes' own dust if not given)
+python3 scripts/cover_table.py [LAYERS OVERLAP]
 
-Any Python with numpy will do.
+Prints the table of docs/measurements/dust.md. Without LAYERS and OVERLAP the recipes' own dust
+is used. Needs a Python with numpy.
 """
 
 import os

@@ -1,11 +1,11 @@
-"""What facets of grains and of fines are worth, in beds that lie already.
+"""Measures the effect of the number of facets of grains and fines, in finished beds.
 
 python3 scripts/facets.py SOILSIG PACKINGS
 
-Drops the shipped bare and sparse beds, puts grains (bare) and fines (sparse) of the same seeds with
-fewer or more ribs in their places, and traces them again by the same paths. The beds are neither
-settled nor checked anew. Prints a table of docs/geometry.md. Needs nothing but Python's own
-library.
+Drops the shipped bare and sparse beds. Replaces grains (bare) and fines (sparse) by grains of the
+same seeds with fewer or more ribs, and traces the beds by the same paths. The beds are not settled
+or checked again. Prints a table of docs/measurements/facets.md. Needs nothing but
+Python's own library.
 """
 
 import json
@@ -15,7 +15,7 @@ from pathlib import Path
 
 from packings import BANDS_UM, Bed, differences, row
 
-# Scene, what of it is exchanged, its own number of ribs and the others.
+# Scene, the classes that are exchanged, their own number of ribs, the other numbers.
 EXCHANGES = (("bare", "grains", 2, (0, 1)), ("sparse", "fines", 1, (0, 2)))
 
 
@@ -39,7 +39,7 @@ def main(soilsig, packings):
 
 
 def prototypes_of(other):
-    """Takes the prototypes of another bed, which have the same names."""
+    """Replaces the prototypes by those of another bed, which have the same names."""
 
     def change(placed):
         for prototype in placed["prototypes"]:

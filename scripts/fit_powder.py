@@ -3,16 +3,16 @@
     python scripts/fit_powder.py spectra/quartz_coarse.json MEASURED.txt \\
         [--other OTHER.txt] [--csv CURVE.csv]
 
-It needs numpy and scipy. The parameter file says where to start and, in "fitted", which of its
-numbers are free; it is written anew with what came out. "constants" names a file beside it with the
-crystal's optical constants, so other minerals need two such files and no change here. MEASURED is a
-hemispherical reflectance of the ECOSTRESS or ASTER library, in percent.
+It needs numpy and scipy. The parameter file holds the start values. Its list "fitted" names the
+free numbers. The fitted numbers are written back into it. "constants" names a file beside it with
+the crystal's optical constants. Another mineral needs two such files and no change here. MEASURED
+is a hemispherical reflectance of the ECOSTRESS or ASTER library, in percent.
 
-Minimised is the square error at every 10 nm of the range, and with it the slope of the curve at
-"christiansen_um", where the measured one has its maximum: the residuals there are too small to
-place it.
+The fit minimises the square error at every 10 nm of the range and the slope of the curve at
+"christiansen_um", where the measured curve has its maximum. The residuals alone are too small there
+to place the maximum.
 
-The optics stand here a second time, apart from the program's, so that a test can compare the two.
+The optics here are independent of the program's, so that a test can compare the two.
 """
 
 import argparse
@@ -33,9 +33,9 @@ def measured(path):
     text = Path(path).read_bytes().decode("latin-1")
     header, _, table = text.replace("\r\n", "\n").partition("\n\n")
     if not re.search(r"Y Units: *Reflect[ae]nce \(percent\)", header):
-        raise SystemExit(f"{path}: this is not reflectance in percent")
+        raise SystemExit(f"{path}: not a reflectance in percent")
     if "emispherical" not in header:
-        raise SystemExit(f"{path}: the reflectance is not hemispherical, Kirchhoff does not hold")
+        raise SystemExit(f"{path}: not a hemispherical reflectance: Kirchhoff's law does not hold")
     rows = np.array([line.split() for line in table.splitlines() if line.strip()], float)
     rows = rows[rows[:, 0].argsort()]
     return rows[:, 0], 1 - rows[:, 1] / 100
@@ -56,7 +56,7 @@ def axis(constants, changes, eps_inf_shift, wavenumber):
 
 
 def emissivity(parameters, crystal, um):
-    """The closed form at wavelengths in um."""
+    """Emissivity by the closed form, at wavelengths in um."""
     shifts = (0, parameters.get("extraordinary_eps_inf_shift", 0))
     axes = (crystal["ordinary"], crystal["extraordinary"])
     wavenumber = 1e4 / um

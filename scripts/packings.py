@@ -1,10 +1,10 @@
-"""What packings of one recipe differ by, and what is left of the tray in them.
+"""Measures the spread between packings of one recipe, and the effect of the tray on them.
 
 python3 scripts/packings.py SOILSIG SCENE.json PACKINGS [BIGGER_TRAY_UM]
 
-Drops the packings, then traces them again with other rims left out, with their lower grains
-taken away and with these bare of fines. Prints the tables of docs/geometry.md. Needs nothing but
-Python's own library.
+Drops the packings, then traces them again: with other rims, without their lower grains, and with
+bare lower grains. Prints the tables of docs/measurements/packings.md.
+Needs nothing but Python's own library.
 """
 
 import csv
@@ -79,7 +79,7 @@ def mean_and_error(values):
 
 
 def differences(after, before):
-    """By band, the mean of what beds differ by and its standard error, as text."""
+    """The mean difference of two sets of beds in each band and its standard error, as text."""
     cells = []
     for new, old in zip(zip(*after), zip(*before)):
         mean, error = mean_and_error([a - b for a, b in zip(new, old)])
@@ -100,7 +100,7 @@ def spread_table(beds, bed):
 
 
 def coverage(column):
-    """How many 95 % intervals of groups of packings hold what all the others say."""
+    """How many 95 % intervals of groups of packings hold the mean of all other packings."""
     t = 3.182446  # Student, 3 degrees of freedom
     groups = [column[i : i + GROUP] for i in range(0, len(column) - GROUP + 1, GROUP)]
     held = 0
@@ -137,13 +137,13 @@ def rim_table(beds, bed):
 def above(placed, depth):
     """The grains whose centres lie no deeper than so many mean diameters."""
     tops = sorted(i["transform"][11] for i in placed["instances"])
-    # The upper decile of the grains' centres stands for the surface.
+    # The upper decile of the grains' centres is taken for the surface.
     level = tops[int(0.9 * len(tops))] - depth * MEAN_DIAMETER_UM
     return [i for i in placed["instances"] if i["transform"][11] >= level]
 
 
 def depth_table(beds, bed):
-    """What taking the lower grains away changes."""
+    """The change of the emissivity when the lower grains are taken away."""
     shares = {}
 
     def without(depth):
@@ -165,7 +165,7 @@ def depth_table(beds, bed):
 
 
 def dust_table(beds, bed):
-    """What fines matter on the lower grains."""
+    """The change of the emissivity when the lower grains lose their fines."""
     shares = {}
 
     def bare_below(depth):
@@ -206,7 +206,7 @@ def without_fines(prototypes, bare):
 
 
 def bigger_table(scene, side_um, beds, bed):
-    """The same recipe in a tray so much wider that its middle knows nothing of the walls."""
+    """The same recipe in a tray so wide that the walls do not affect its middle."""
     packing = scene["geometry"]["packing"]
     share = (side_um / packing["tray_um"][0]) ** 2
     wide = json.loads(json.dumps(scene))

@@ -1,10 +1,11 @@
-"""What a change of a recipe does to the emissivity, bed by bed.
+"""Measures the effect of a change of a recipe on the emissivity, bed by bed.
 
 python3 scripts/paired.py SOILSIG SCENE.json PACKINGS KEY=JSON[,KEY=JSON...] ...
 
 Each argument is one change, such as drop.substeps=4 or dust.layers=8,dust.overlap=0, made to the
-scene as it is; keys are those of its packing. Beds of one seed differ by the change alone, though
-what a drop makes of it is chaotic. Prints a table of docs/geometry.md.
+scene. Keys are those of its packing. Beds of one seed have the same input but for the change;
+a drop is chaotic, so they still differ by chance. Prints a table of
+docs/measurements/packings.md.
 """
 
 import json

@@ -1,10 +1,10 @@
-"""What a field costs, from ten thousand particles to a thousand million.
+"""Measures time and memory of a field, for 10^4 to 10^9 particles.
 
 python3 scripts/scale.py SOILSIG SCENE.json [REPEATS]
 
-Traces the placed scene as the patch of fields of many sizes and alone within mirror sides, all
-in turn, and writes docs/figures/scale.csv and docs/figures/scale.svg. Needs nothing but Python's
-own library.
+Traces the placed scene as the patch of fields of many sizes, and alone within mirror sides, in
+turns. Writes docs/figures/scale.csv and docs/figures/scale.svg for docs/measurements/scale.md.
+Needs nothing but Python's own library.
 """
 
 import csv
@@ -19,7 +19,7 @@ from math import log10 as log
 from pathlib import Path
 
 PARTICLES = (1e4, 1e5, 1e6, 1e7, 8.7e7, 4.24e8, 1e9)
-RAYS = 1 << 15  # paths, for what a ray costs
+RAYS = 1 << 15  # paths, for the time of a ray
 FIGURES = Path(__file__).resolve().parent.parent / "docs/figures"
 COLUMNS = (
     *("particles", "patches_x", "patches_y", "width_mm", "user_cpu_s", "wall_s", "peak_memory_mb"),
@@ -73,13 +73,13 @@ def run(soilsig, scene, table, *options):
 
 
 def measure(soilsig, cases, repeats, table):
-    """A row of each field: medians; of wall times, which other work lengthens, the least."""
+    """A row for each field: medians, and the least wall time, which other work only lengthens."""
     whole, per_ray = ({case: [] for case in cases} for _ in range(2))
     for _ in range(repeats):
         for case, scene in cases.items():
             load, *_ = run(soilsig, scene, table, "--paths", "32")
             all_rays, _, _, traced = run(soilsig, scene, table, "--paths", str(RAYS))
-            # A path has a ray to each hit and one to the sky.
+            # A path has one ray to each hit and one to the sky.
             rays = traced["hits"] + traced["paths"] - 32
             per_ray[case].append((all_rays - load) / rays * 1e6)
             if case is not None:
@@ -183,7 +183,7 @@ def chart(rows):
 
 
 class Scale:
-    """From a range of numbers to one of places."""
+    """Maps a range of numbers to a range of places."""
 
     def __init__(self, low, high, start, end):
         self.low, self.per, self.start = low, (end - start) / (high - low), start

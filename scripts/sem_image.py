@@ -1,9 +1,9 @@
-"""Draws an image as of a scanning electron microscope: a broken grain, scale bar, legend, noise.
+"""Draws an image like one of a scanning electron microscope: a broken grain, scale bar, noise.
 
 python3 scripts/sem_image.py FILE.png
 
-The images of the documents and of the tests are drawn here, so that what is traced out of them can
-be held against the outline that was drawn. Needs numpy.
+It draws the images of the documents and of the tests, so that a traced outline can be compared with
+the drawn one. Needs numpy.
 """
 
 import struct

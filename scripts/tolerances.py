@@ -1,9 +1,9 @@
-"""What a tolerance costs, and whether it holds: planned runs of a scene, each against the finest.
+"""Measures the time and the error of planned runs of a scene; the finest run is the reference.
 
 python3 scripts/tolerances.py PATH-OF-SOILSIG SCENE OUT TOLERANCE...
 
-Prints a table as Markdown. Every run starts from nothing; the error is the greatest of any band,
-and the finest run is judged by its own interval alone.
+Prints the table of docs/measurements/tolerances.md. Every run starts with an empty cache. The error
+is the largest of all bands. The finest run is judged by its own interval.
 """
 
 import csv
@@ -31,8 +31,8 @@ def planned(soilsig, scene, out, tolerance):
     record = json.loads(run.stdout)
     with open(out / "signature.csv") as file:
         bands = list(csv.DictReader(file))
-    # What the pilots made that is no part of the result: beds whose fines were kept apart or that
-    # were deeper, and the search for the depth.
+    # Work of the pilots that is no part of the result: beds whose fines were kept apart, deeper
+    # beds, the search for the depth.
     (reached,) = record["reached"].values()
     spent = sum(stage["seconds"] for stage in record["stages"] if not stage["cached"])
     stages, plan = record["stages"], reached["plan"]

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Closest hits per second against Embree's single rays (docs/tracer_speed.md):
-#   benches/embree/run.sh [a placed scene with prototypes; else one is made]
+# Closest hits per second against Embree's single rays (docs/measurements/tracer_speed.md):
+#   benches/embree/run.sh [PLACED_SCENE_WITH_PROTOTYPES]   (makes one if not given)
 set -eu
 cd "$(dirname "$0")/../.."
 if [ ! -e /usr/include/embree3/rtcore.h ]; then

@@ -1,15 +1,16 @@
-//! CPU time that we and Mitsuba 3 take to the same standard error, on the same bed in the same view, one thread
-//! each. `benches/mitsuba/run.sh` starts it.
+//! CPU time of soilsig and of Mitsuba 3 at equal standard error: the same bed, view and one thread.
+//! `benches/mitsuba/run.sh` starts it.
 //!
-//! What counts is CPU seconds times the square of the standard error. For independent paths it does not depend on how many
-//! there are; for evenly spread ones it falls the more there are. So both are compared at several standard errors: that of some
-//! thousand of Mitsuba's paths, of a hundred thousand, of 800,000 and of some ten millions. Renders of a hundred thousand
-//! stand for the larger ones, which would cost Mitsuba the same product. Reading meshes and building trees count for
-//! neither side. Of Mitsuba a few groups of bands are rendered, and all 651 take as many times as long as there are groups of
-//! four, though a render gives three: so whatever a render of four bands would take, it is not slower here. It ends paths by
-//! Russian roulette as it does by default; without, it takes about twice as long.
+//! The measure is CPU seconds times the square of the standard error. For independent paths it does
+//! not depend on their number. For stratified paths it falls with their number. Both are therefore
+//! compared at several standard errors: those of a few thousand of Mitsuba's paths, of 100,000, of
+//! 800,000 and of some ten million. Renders of 100,000 paths stand for the larger ones, which would
+//! have the same product. Reading meshes and building trees is not counted. Mitsuba renders a few
+//! groups of bands. The time for all 651 is scaled by the number of groups of four, though a render
+//! gives three: this favours Mitsuba. It ends paths by Russian roulette, its default; without, it
+//! takes about twice as long.
 //!
-//! With a file as the fourth argument Mitsuba's points in the chart of the scene are written to it (`points`).
+//! With a file as the fourth argument, Mitsuba's points for the chart are written to it (`points`).
 
 mod points;
 
@@ -35,7 +36,7 @@ use soilsig::tracer::{Tracer, trace};
 const RUNS: u64 = 5;
 /// Half-width of the reference.
 const REFERENCE_TOLERANCE: f64 = 0.00005;
-/// What is measured in turns: renders of Mitsuba, and ours of one standard error or several.
+/// One measurement: renders of Mitsuba, and our traces at one standard error or several.
 const TURNS: [Turn; 2] = [
     Turn {
         film: Film { pixels: 64, samples: 2 },
@@ -56,13 +57,13 @@ const TURNS: [Turn; 2] = [
 const GROUPS: f64 = 163.0;
 /// Bands that Mitsuba renders in place of all, three at a time, um.
 const BANDS_UM: [f64; 12] = [7.6, 8.2, 8.5, 8.62, 8.95, 9.2, 9.6, 10.5, 11.5, 12.3, 12.65, 13.5];
-/// What all bands take in place of these.
+/// Factor from the time of these bands to that of all bands.
 const ALL_BY_SOME: f64 = GROUPS / (BANDS_UM.len() as f64 / 3.0);
 const ONE_BAND_UM: f64 = 9.0;
 
 type Done<T> = Result<T, Box<dyn Error>>;
 
-/// Our tracer and the scene it is made from.
+/// Our tracer and its scene.
 struct Ours {
     tracer: Tracer,
     scene: Scene,
@@ -81,7 +82,7 @@ impl Ours {
         )
     }
 
-    /// CPU seconds, and the weight in each of the bands that are `asked` for, of a trace that serves `bands`.
+    /// CPU seconds of a trace for `bands`, and the weight in each of the bands `asked` for.
     fn run(
         &self,
         bands: &[Vec<f64>],
@@ -100,7 +101,7 @@ impl Ours {
     }
 }
 
-/// The standard error with what trapped paths leave open, as ours state it.
+/// The standard error plus the bound by paths that were given up.
 fn error(mean: &Mean) -> f64 {
     mean.half_width() / soilsig::support::statistics::T_95
 }
@@ -116,7 +117,7 @@ fn peak_memory_mb() -> Done<f64> {
     Ok(line.split_whitespace().nth(1).ok_or("no number")?.parse::<f64>()? / 1024.0)
 }
 
-/// The scene with open sides: the sensor sees the domain, and the bed beyond it stands.
+/// The scene with open sides: the sensor sees the domain, and the bed goes on beyond it.
 fn open(scene: &str, to: &str) -> Done<()> {
     let mut json: Value = serde_json::from_str(&fs::read_to_string(scene)?)?;
     let folder = fs::canonicalize(Path::new(scene).parent().ok_or("no folder")?)?;
@@ -136,15 +137,15 @@ struct Turn {
     levels: &'static [Level],
 }
 
-/// What ours are asked for.
+/// The target of our traces.
 struct Level {
     /// Half-width.
     tolerance: f64,
-    /// Traces in each run: each tells its own standard error, to a quarter.
+    /// Traces in each run. Each states its own standard error, to within a quarter.
     traces: u64,
 }
 
-/// Pixels of a side, and paths through each.
+/// Pixels along a side, and paths through each pixel.
 struct Film {
     pixels: u64,
     samples: u64,
@@ -156,7 +157,7 @@ impl Film {
     }
 }
 
-/// What Mitsuba's renders gave: seconds of each, means by render and band, peak memory in MB.
+/// Mitsuba's renders: seconds of each, means by render and band, peak memory in MB.
 #[derive(Default)]
 struct Theirs {
     cpu_s: Vec<f64>,
@@ -279,7 +280,7 @@ fn costs(python: &str, ours: &Ours) -> Done<()> {
     println!("|---|---|---|---|---|---|---|---|---|");
     let mut their_peak_mb = 0.0_f64;
     let all = ours.bands(&Grid::PAPER.wavelengths_um())?;
-    // Mitsuba gives three bands whatever is asked.
+    // Mitsuba always renders three bands.
     let thrice = vec![one[0].clone(); 3];
     for turn in &TURNS {
         let both = [
@@ -317,15 +318,15 @@ fn costs(python: &str, ours: &Ours) -> Done<()> {
 
 /// Bands that are compared.
 struct Bands<'a> {
-    /// What ours serve.
+    /// The bands of our traces.
     traced: &'a [Vec<f64>],
     looked_at: &'a [Vec<f64>],
-    /// What Mitsuba renders; as many times as long as all that ours serve would take.
+    /// The bands that Mitsuba renders, and the factor to the time of all bands.
     rendered: &'a [Vec<f64>],
     renders: f64,
 }
 
-/// What one of both took, by run.
+/// The runs of one of the two programs.
 #[derive(Default)]
 struct Row {
     /// Root mean square of the standard errors over the bands.

@@ -6,13 +6,13 @@ Reads a job from standard input, one JSON object:
     reflectances  for each band, the reflectance of each material in the scene's order
     pixels        side of the film, which covers the sensor's view
     samples       paths through each pixel
-    seeds         a render for each
-    threads       of Mitsuba; absent: as many as there are cores
+    seeds         one render for each
+    threads       of Mitsuba; absent: one for each core
     rr_depth      bounces after which Mitsuba may end paths by Russian roulette; absent: never
 
-Writes a line for each render: the mean over the film of the light of a sky of radiance 1, for each
-band, and the CPU and wall seconds of rendering alone; at the end the peak memory. The mean is one
-less the bed's emissivity (Kirchhoff).
+Writes a line for each render: the mean radiance over the film in each band under a sky of
+radiance 1, and the CPU and wall seconds of rendering alone. The last line has the peak memory. The
+mean is one minus the bed's emissivity (Kirchhoff's law).
 """
 
 import json

@@ -1,7 +1,8 @@
-//! Mitsuba 3 as a level of `soilsig chart`: error against time by number of paths, in the columns of `chart.csv`.
+//! Mitsuba 3 as a level of `soilsig chart`: error against time by number of paths, in the columns
+//! of `chart.csv`.
 //!
-//! A film has as many pixels as there are paths, so that they are spread over the view as evenly as Mitsuba can.
-//! The reference is ours with open sides: what is charted is Mitsuba's noise, not what other sides make.
+//! A film has as many pixels as there are paths: so Mitsuba spreads its paths most evenly. The
+//! reference is our result with open sides, so that the error is Mitsuba's noise alone.
 
 use std::fs;
 
@@ -15,7 +16,7 @@ use super::{ALL_BY_SOME, BANDS_UM, Done, Film, Ours, theirs};
 /// Pixels of a film's side: 2^10 to 2^16 paths.
 const SIDES: [u64; 4] = [32, 64, 128, 256];
 const REFERENCE: u64 = 1 << 21;
-/// Half-width at which its paths are given up.
+/// The tolerance of the rule that ends its paths.
 const TOLERANCE: f64 = 0.0002;
 const REFERENCE_SEED: u64 = 1 << 40;
 

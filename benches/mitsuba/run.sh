@@ -1,8 +1,8 @@
 #!/bin/sh
-# Mitsuba 3 beside soilsig (docs/tracer_speed.md). CPU time at equal standard error:
-#   benches/mitsuba/run.sh [a placed scene with a floor; else one is made]
-# Mitsuba's points in the chart of a scene, for `soilsig chart --beside` (paths are from the repository's root):
-#   benches/mitsuba/run.sh --points FILE.csv [a placed scene with a floor; else the shipped patch]
+# Mitsuba 3 against soilsig (docs/measurements/tracer_speed.md). CPU time at equal standard error:
+#   benches/mitsuba/run.sh [PLACED_SCENE_WITH_FLOOR]                    (makes one if not given)
+# Mitsuba's points for `soilsig chart --beside`; paths are relative to the repository's root:
+#   benches/mitsuba/run.sh --points FILE.csv [PLACED_SCENE_WITH_FLOOR]  (default: shipped patch)
 set -eu
 cd "$(dirname "$0")/../.."
 sh scripts/setup.sh bench

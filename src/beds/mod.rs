@@ -1,5 +1,5 @@
-//! Beds of one recipe, a packing for each seed: from the cache, or dropped by as many Blenders side by
-//! side as there are threads.
+//! Beds of one recipe, a packing for each seed: taken from the cache, or dropped by several
+//! Blenders in parallel, one for each thread.
 
 pub mod own_grains;
 mod solid;
@@ -7,13 +7,14 @@ mod solid;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use serde::Serialize;
 
-use crate::beds::own_grains::Library;
+use crate::beds::own_grains::OwnGrains;
 use crate::blender::{self, Blender, Event, Job, Version};
 use crate::scene::{Packing, Scene, SceneGeometry};
 use crate::support::cache::{Cache, CacheError, Made};
@@ -25,32 +26,32 @@ use crate::support::output::{self, OutputError};
 const STAGE: &str = "drop";
 
 /// Folder of the user's grains beside the recipe that Blender gets.
-const LIBRARY: &str = "library";
+const OWN_GRAINS: &str = "own_grains";
 
-/// What is to be dropped.
+/// The beds that are wanted.
 pub struct Order<'a> {
-    /// The Blender that drops it.
+    /// The Blender that drops the grains.
     pub blender: &'a Blender,
     /// The scene.
     pub scene: &'a Scene,
     /// Its recipe.
     pub packing: &'a Packing,
     /// The user's grains, if the recipe has any.
-    pub library: Option<&'a Library>,
-    /// A seed for each packing.
+    pub own_grains: Option<&'a OwnGrains>,
+    /// The seed of each packing.
     pub seeds: &'a [u64],
-    /// Further files, of the first packing alone: `scene.glb`, `scene.blend`, `frames.json`, `patch.obj`.
+    /// Further files of the first packing: `scene.glb`, `scene.blend`, `frames.json`, `patch.obj`.
     pub of_first: &'a [&'a str],
-    /// Longest that a Blender may take.
+    /// Time limit for each bed.
     pub time_limit: Duration,
 }
 
-/// All that a bed depends on.
+/// Everything that a bed depends on.
 #[derive(Serialize)]
 struct MadeFrom<'a> {
     packing: Packing,
-    /// SHA-256 of the grains of the library.
-    library: Option<&'a BTreeMap<String, String>>,
+    /// SHA-256 of the user's grains.
+    own_grains: Option<&'a BTreeMap<String, String>>,
     materials: Vec<&'a str>,
     blender: Version,
     python: &'a str,
@@ -60,8 +61,8 @@ struct MadeFrom<'a> {
 }
 
 impl Order<'_> {
-    /// The folders of the beds, in the order of the seeds. Beds that are not in the cache are dropped; what a
-    /// Blender says is logged at `log` of the first packing that it has to make.
+    /// The folders of the beds, in the order of the seeds. Drops the beds that are not in the
+    /// cache. Each Blender writes its output to `log` of the first packing that it makes.
     pub fn beds(
         &self,
         cache: &Cache,
@@ -93,9 +94,9 @@ impl Order<'_> {
         let made = beds()?.into_iter().zip(&found);
         made.map(|(made, before)| {
             let made = made.ok_or_else(|| {
-                let source =
-                    std::io::Error::other("a bed vanished from the cache while it was used");
-                CacheError(OutputError { path: cache.root().to_owned(), source })
+                failed(cache.root())(io::Error::other(
+                    "a bed was removed from the cache during use",
+                ))
             })?;
             Ok(Made { cached: before.is_some(), ..made })
         })
@@ -109,7 +110,7 @@ impl Order<'_> {
     fn made_from(&self, packing: usize) -> MadeFrom<'_> {
         MadeFrom {
             packing: Packing { seed: self.seeds[packing], library: None, ..self.packing.clone() },
-            library: self.library.map(Library::sha256),
+            own_grains: self.own_grains.map(OwnGrains::sha256),
             materials: self.scene.materials.iter().map(|m| m.name.as_str()).collect(),
             blender: self.blender.version,
             python: &self.blender.python,
@@ -119,7 +120,7 @@ impl Order<'_> {
         }
     }
 
-    /// Drops a lot of packings in one Blender. Those that were made before it failed are kept.
+    /// Drops some packings in one Blender. If it fails, the finished packings are kept.
     fn make(
         &self,
         lot: &[usize],
@@ -130,17 +131,13 @@ impl Order<'_> {
         on_event: &dyn Fn(&Event),
     ) -> Result<(), Error> {
         let scratch = cache.scratch()?;
-        let failed = |path: &Path| {
-            let path = path.to_owned();
-            move |source| CacheError(OutputError { path, source })
-        };
         let recipe = scratch.path().join("recipe.json");
         let mut scene = self.scene.clone();
-        if let (Some(library), SceneGeometry::Packing(packing)) =
-            (self.library, &mut scene.geometry)
+        if let (Some(own_grains), SceneGeometry::Packing(packing)) =
+            (self.own_grains, &mut scene.geometry)
         {
-            library.copy_to(&scratch.path().join(LIBRARY))?;
-            packing.library = Some(LIBRARY.into());
+            own_grains.copy_to(&scratch.path().join(OWN_GRAINS))?;
+            packing.library = Some(OWN_GRAINS.into());
         }
         output::bytes(&recipe, &serde_json::to_vec(&scene).expect("plain data"))?;
         let mut args: Vec<OsString> = vec!["--scene".into(), recipe.into()];
@@ -165,10 +162,8 @@ impl Order<'_> {
                 continue;
             }
             cache.stage(STAGE, &inputs[packing], |folder| {
-                for file in output::list(&made)? {
-                    let from = made.join(&file);
-                    fs::rename(&from, folder.join(&file)).map_err(failed(&from))?;
-                }
+                // The folder of the stage is there and empty.
+                fs::rename(&made, folder).map_err(failed(&made))?;
                 Ok(output::copy(log, &folder.join("blender.log"))?)
             })?;
         }
@@ -177,7 +172,12 @@ impl Order<'_> {
     }
 }
 
-/// Shows how a Blender gets on: a single packing by its stages, several by how many are done.
+fn failed(path: &Path) -> impl FnOnce(io::Error) -> CacheError {
+    let path = path.to_owned();
+    move |source| CacheError(OutputError { path, source })
+}
+
+/// Shows the progress: the stages of a single packing, or the number of finished packings.
 fn tell(event: &Event, done: &AtomicU64, total: u64, step: &Step) {
     match event {
         Event::Progress { stage, .. } if stage == "bed" => {

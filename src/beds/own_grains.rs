@@ -1,5 +1,5 @@
-//! The user's own grains: a folder with `NAME.obj`, one bare body in micrometres, and `NAME.json` about it,
-//! as Blender's window saves them (docs/authoring.md).
+//! The user's own grains: a folder with `NAME.obj`, one bare body in micrometres, and `NAME.json`
+//! about it, as Blender's window saves them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -10,42 +10,30 @@ use serde::Deserialize;
 
 use crate::beds::solid::Solid;
 use crate::scene::{FromLibrary, Packing, Shape, ShapeSource};
-use crate::support::error::Failure;
+use crate::support::error::{Error, Failure};
+use crate::support::file_error::FileError;
 use crate::support::output::{self, OutputError};
 
 /// Version of the format, the value of `soilsig_grain`.
 pub const FORMAT: u32 = 1;
 
-/// The diameter that a grain's JSON names may differ by this share from that of its mesh.
-const DIAMETER: f64 = 0.01;
+/// The largest relative difference between the diameter in a grain's JSON and that of its mesh.
+const DIAMETER_TOLERANCE: f64 = 0.01;
 
-/// A library of grains cannot be used.
+/// Own grains cannot be used.
 #[derive(Debug, thiserror::Error)]
-pub enum LibraryError {
-    /// The folder cannot be read.
-    #[error("cannot read the grains in {}: {source}", folder.display())]
-    Folder {
-        /// The folder.
-        folder: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
+pub enum OwnGrainsError {
+    /// The folder or a file cannot be read, or a grain is wrong.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The folder has no grain.
-    #[error("{}: there is no grain: no NAME.json beside a NAME.obj", folder.display())]
+    #[error("{}: the folder has no grain (NAME.obj with NAME.json)", folder.display())]
     Empty {
         /// The folder.
         folder: PathBuf,
     },
-    /// A grain is refused.
-    #[error("{}: {problem}", path.display())]
-    Refused {
-        /// Its file.
-        path: PathBuf,
-        /// What is wrong, and where.
-        problem: String,
-    },
-    /// No grain is of a size class that the scene has.
-    #[error("{}: none of the grains stands for a shape of the scene", folder.display())]
+    /// No grain has a size class of the scene.
+    #[error("{}: no grain has a size class of the scene", folder.display())]
     NoneFits {
         /// The folder.
         folder: PathBuf,
@@ -54,42 +42,44 @@ pub enum LibraryError {
         /// Shapes of the scene.
         wanted: Vec<&'static str>,
     },
-    /// The scene has grains of a library of its own.
-    #[error("{}: the scene has grains of its own library {} already, {grain:?} for one", folder.display(), own.display())]
-    TwoLibraries {
+    /// The scene names grains of another folder.
+    #[error("{}: the scene already uses grains of {}, such as {grain}", folder.display(), own.display())]
+    TwoFolders {
         /// The folder.
         folder: PathBuf,
-        /// The scene's own.
+        /// The scene's folder.
         own: PathBuf,
-        /// A grain of that.
+        /// A grain of the scene's folder.
         grain: String,
     },
 }
 
-impl Failure for LibraryError {
+impl Failure for OwnGrainsError {
     fn hint(&self) -> Option<String> {
         Some(match self {
-            Self::Folder { .. } => return None,
+            Self::File(FileError::Read { .. }) => return None,
+            Self::File(FileError::Wrong { .. }) => {
+                "correct it in Blender's window, whose check selects the faces (docs: own \
+                 grains); `soilsig grains check FOLDER` checks all grains"
+                    .into()
+            }
             Self::Empty { .. } => {
                 "save grains there from Blender's window: `soilsig blender --gui`".into()
             }
-            Self::Refused { .. } => "mend it in Blender, where the check selects the faces \
-                                     (docs/authoring.md); `soilsig grains check FOLDER` looks at all"
-                .into(),
             Self::NoneFits { there, wanted, .. } => format!(
-                "they are of the size classes {}, the scene has the shapes {}: assign one of these",
+                "the grains have the size classes {}, the scene has {}: assign one of these",
                 there.join(", "),
                 wanted.join(", ")
             ),
-            Self::TwoLibraries { .. } => {
+            Self::TwoFolders { .. } => {
                 "put all grains into one folder, and name it and them in the scene".into()
             }
         })
     }
 }
 
-/// What a grain's JSON says; the rest of it is for people.
-#[derive(Debug, Clone, Deserialize)]
+/// A grain's JSON; its other keys are for people.
+#[derive(Debug, Deserialize)]
 struct Entry {
     soilsig_grain: u32,
     size_class: Shape,
@@ -99,13 +89,13 @@ struct Entry {
 /// A grain that passed every check.
 #[derive(Debug, Clone)]
 pub struct Grain {
-    /// Its name, that of its files.
+    /// The name of its files.
     pub name: String,
-    /// The shape that it stands for.
+    /// The shape that it replaces.
     pub size_class: Shape,
     /// Diameter of the sphere of its volume, um.
     pub diameter_um: f64,
-    /// How many faces it has.
+    /// The number of its faces.
     pub faces: usize,
 }
 
@@ -113,54 +103,54 @@ impl Grain {
     /// Reads a grain and checks it.
     ///
     /// # Errors
-    /// [`LibraryError::Refused`] with what is wrong and where.
-    pub fn read(folder: &Path, name: &str) -> Result<Self, LibraryError> {
+    /// A file that is missing, cannot be read, or is wrong: what is wrong and where.
+    pub fn read(folder: &Path, name: &str) -> Result<Self, FileError> {
         let (json, obj) = (file(folder, name, "json"), file(folder, name, "obj"));
-        let refused =
-            |path: &Path, problem: String| LibraryError::Refused { path: path.to_owned(), problem };
         let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         if name.is_empty() || name.len() > 40 || !name.chars().all(is_plain) {
-            let problem = "a grain's name is up to 40 letters, digits, _ and -".to_owned();
-            return Err(refused(&json, problem));
+            let problem = "a grain's name has at most 40 characters: letters, digits, _ and -";
+            return Err(FileError::wrong(&json, problem));
         }
-        let text = fs::read_to_string(&json).map_err(|error| refused(&json, error.to_string()))?;
-        let entry: Entry =
-            serde_json::from_str(&text).map_err(|error| refused(&json, error.to_string()))?;
-        if entry.soilsig_grain != FORMAT {
+        if let Some(missing) = [&json, &obj].into_iter().find(|path| !path.exists()) {
+            let ending = if missing == &json { "json" } else { "obj" };
             let problem = format!(
-                "soilsig_grain: version {} is not known; this program reads {FORMAT}",
-                entry.soilsig_grain
+                "{name}.{ending} is missing: save the grain from Blender's panel, or write the file"
             );
-            return Err(refused(&json, problem));
+            return Err(FileError::wrong(missing, problem));
         }
-        let solid = solid(&obj).map_err(|problem| refused(&obj, problem))?;
+        let text = fs::read(&json).map_err(FileError::read(&json))?;
+        let Entry { soilsig_grain, size_class, diameter_um: stated_um } =
+            serde_json::from_slice(&text).map_err(|e| FileError::wrong(&json, e.to_string()))?;
+        if soilsig_grain != FORMAT {
+            let problem =
+                format!("version {soilsig_grain} is not known; this program reads {FORMAT}");
+            return Err(FileError::wrong_at(&json, "soilsig_grain", problem));
+        }
+        let solid = solid(&obj)?;
         if let Some(fault) = solid.fault() {
-            return Err(refused(&obj, fault));
+            return Err(FileError::wrong(&obj, fault));
         }
         let diameter_um = (6.0 * solid.volume_um3() / std::f64::consts::PI).cbrt();
-        let said_um = entry.diameter_um;
-        let agrees = (diameter_um / said_um - 1.0).abs() <= DIAMETER;
-        if !agrees {
+        let difference = (diameter_um / stated_um - 1.0).abs();
+        if difference.is_nan() || difference > DIAMETER_TOLERANCE {
             let problem = format!(
-                "its volume is that of a sphere of {diameter_um:.4} um, and {name}.json says \
-                 {said_um} um: is its unit the micrometre?"
+                "its volume is that of a sphere of {diameter_um:.4} um, but {name}.json states \
+                 {stated_um} um: is its unit the micrometre?"
             );
-            return Err(refused(&obj, problem));
+            return Err(FileError::wrong(&obj, problem));
         }
-        let Entry { size_class, .. } = entry;
         Ok(Self { name: name.to_owned(), size_class, diameter_um, faces: solid.faces.len() })
     }
 }
 
-/// Names of the grains in a folder, sorted: of every `.obj`, and every `.json` that is about a grain.
-pub fn names(folder: &Path) -> Result<Vec<String>, LibraryError> {
-    let failed = |source| LibraryError::Folder { folder: folder.to_owned(), source };
+/// Names of the grains in a folder, sorted: of every `.obj`, and every `.json` about a grain.
+pub fn names(folder: &Path) -> Result<Vec<String>, OwnGrainsError> {
     let mut names = BTreeSet::new();
-    for entry in fs::read_dir(folder).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
+    for entry in fs::read_dir(folder).map_err(FileError::read(folder))? {
+        let path = entry.map_err(FileError::read(folder))?.path();
         let is_grain = match path.extension().and_then(|ending| ending.to_str()) {
             Some("obj") => true,
-            // Others, such as a scene, may stand beside them.
+            // Other files, such as a scene, may lie in the folder.
             Some("json") => {
                 fs::read_to_string(&path).is_ok_and(|t| t.contains("\"soilsig_grain\""))
             }
@@ -172,39 +162,35 @@ pub fn names(folder: &Path) -> Result<Vec<String>, LibraryError> {
         }
     }
     if names.is_empty() {
-        return Err(LibraryError::Empty { folder: folder.to_owned() });
+        return Err(OwnGrainsError::Empty { folder: folder.to_owned() });
     }
     Ok(names.into_iter().collect())
 }
 
-/// Puts the grains of a folder in the place of the shapes that are their size classes, and of the ribs asked of
-/// these: the recipe then names them, and the folder.
-pub fn stand_in(packing: &mut Packing, folder: &Path) -> Result<(), LibraryError> {
+/// Replaces the shapes of a packing by the grains of a folder that have their size classes. The
+/// packing then names the grains and the folder, and no ribs for them.
+pub fn replace_shapes(packing: &mut Packing, folder: &Path) -> Result<(), OwnGrainsError> {
     let mut classes: BTreeMap<Shape, Vec<String>> = BTreeMap::new();
     for name in names(folder)? {
         let grain = Grain::read(folder, &name)?;
         classes.entry(grain.size_class).or_default().push(grain.name);
     }
-    let named = packing.shapes().find_map(|(_, shape, _)| match shape {
-        ShapeSource::Library(FromLibrary { library }) => library.first().cloned(),
-        ShapeSource::Modelled(_) => None,
-    });
-    if let (Some(grain), Some(own)) = (named, packing.library.clone()) {
-        return Err(LibraryError::TwoLibraries { folder: folder.to_owned(), own, grain });
+    if let (Some(own), Some(grain)) = (packing.library.clone(), named(packing).next().cloned()) {
+        return Err(OwnGrainsError::TwoFolders { folder: folder.to_owned(), own, grain });
     }
     let mut wanted = BTreeSet::new();
-    let mut any = false;
+    let mut is_used = false;
     for (shape, ribs) in packing.shapes_mut() {
         let ShapeSource::Modelled(modelled) = *shape else { continue };
         wanted.insert(modelled.name());
         if let Some(names) = classes.get(&modelled) {
             *shape = ShapeSource::Library(FromLibrary { library: names.clone() });
             *ribs = None;
-            any = true;
+            is_used = true;
         }
     }
-    if !any {
-        return Err(LibraryError::NoneFits {
+    if !is_used {
+        return Err(OwnGrainsError::NoneFits {
             folder: folder.to_owned(),
             there: classes.into_keys().map(Shape::name).collect(),
             wanted: wanted.into_iter().collect(),
@@ -214,36 +200,37 @@ pub fn stand_in(packing: &mut Packing, folder: &Path) -> Result<(), LibraryError
     Ok(())
 }
 
-/// The grains that a packing names.
+/// Names of the own grains in a packing.
+fn named(packing: &Packing) -> impl Iterator<Item = &String> {
+    let of_shape = |(_, shape, _)| match shape {
+        &ShapeSource::Library(FromLibrary { ref library }) => library.as_slice(),
+        ShapeSource::Modelled(_) => &[],
+    };
+    packing.shapes().flat_map(of_shape)
+}
+
+/// The own grains of a packing.
 #[derive(Debug)]
-pub struct Library {
+pub struct OwnGrains {
     folder: PathBuf,
     /// SHA-256 of the mesh of each grain, by its name.
     sha256: BTreeMap<String, String>,
 }
 
-impl Library {
-    /// Checks the grains that a packing names; `None` if it names none. Its library is relative to `folder`.
-    pub fn of(
-        packing: &Packing,
-        folder: &Path,
-    ) -> Result<Option<Self>, crate::support::error::Error> {
-        let names: BTreeSet<&String> = packing
-            .shapes()
-            .filter_map(|(_, shape, _)| match shape {
-                ShapeSource::Library(FromLibrary { library }) => Some(library),
-                ShapeSource::Modelled(_) => None,
-            })
-            .flatten()
-            .collect();
-        let (false, Some(library)) = (names.is_empty(), &packing.library) else { return Ok(None) };
+impl OwnGrains {
+    /// Checks the grains that a packing names; `None` if it names none. The path of the packing's
+    /// folder of grains is relative to `folder`.
+    pub fn of(packing: &Packing, folder: &Path) -> Result<Option<Self>, Error> {
+        let Some(library) = &packing.library else { return Ok(None) };
         let folder = folder.join(library);
         let mut sha256 = BTreeMap::new();
-        for name in names {
-            Grain::read(&folder, name)?;
-            sha256.insert(name.clone(), output::sha256_hex(&file(&folder, name, "obj"))?);
+        for name in named(packing) {
+            if !sha256.contains_key(name) {
+                Grain::read(&folder, name).map_err(OwnGrainsError::from)?;
+                sha256.insert(name.clone(), output::sha256_hex(&file(&folder, name, "obj"))?);
+            }
         }
-        Ok(Some(Self { folder, sha256 }))
+        Ok((!sha256.is_empty()).then_some(Self { folder, sha256 }))
     }
 
     /// SHA-256 of the mesh of each grain, by its name.
@@ -257,8 +244,8 @@ impl Library {
         self.sha256.keys().flat_map(both).collect()
     }
 
-    /// Copies them.
-    pub(crate) fn copy_to(&self, folder: &Path) -> Result<(), OutputError> {
+    /// Copies the files into another folder.
+    pub(super) fn copy_to(&self, folder: &Path) -> Result<(), OutputError> {
         self.files().iter().try_for_each(|from| {
             output::copy(from, &folder.join(from.file_name().expect("a file has a name")))
         })
@@ -269,36 +256,31 @@ fn file(folder: &Path, name: &str, ending: &str) -> PathBuf {
     folder.join(format!("{name}.{ending}"))
 }
 
-/// The mesh of a .obj file, all of it.
-fn solid(path: &Path) -> Result<Solid, String> {
-    // Groups and materials would end a model, and only part of the body were closed.
-    let text = fs::read(path).map_err(|error| error.to_string())?;
+/// All faces of an .obj file as one mesh.
+fn solid(path: &Path) -> Result<Solid, FileError> {
+    let text = fs::read(path).map_err(FileError::read(path))?;
+    // Groups and materials would split the body into open meshes.
     let text: String = String::from_utf8_lossy(&text)
         .lines()
         .map(str::trim_start)
-        .flat_map(|line| [if line.starts_with(['v', 'f']) { line } else { "" }, "\n"])
+        .filter(|line| line.starts_with(['v', 'f']))
+        .flat_map(|line| [line, "\n"])
         .collect();
     let no_materials = |_: &Path| Ok(Default::default());
-    let (models, _) =
-        tobj::load_obj_buf(&mut text.as_bytes(), &tobj::LoadOptions::default(), no_materials)
-            .map_err(|error| error.to_string())?;
+    let options = tobj::LoadOptions::default();
+    let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials)
+        .map_err(|error| FileError::wrong(path, error.to_string()))?;
     let mut solid = Solid::default();
     for tobj::Model { mesh, .. } in models {
-        let first = solid.vertices.len();
-        let point = |p: &[f64]| DVec3::new(p[0], p[1], p[2]);
-        solid.vertices.extend(mesh.positions.chunks_exact(3).map(point));
-        let mut corners = mesh.indices.iter().map(|&corner| corner as usize + first);
-        let arities = if mesh.face_arities.is_empty() {
-            vec![3; mesh.indices.len() / 3]
-        } else {
-            mesh.face_arities
-        };
-        solid
-            .faces
-            .extend(arities.iter().map(|&sides| corners.by_ref().take(sides as usize).collect()));
+        solid.vertices = mesh.positions.chunks_exact(3).map(DVec3::from_slice).collect();
+        let mut corners = mesh.indices.iter().map(|&corner| corner as usize);
+        let triangles = vec![3; mesh.indices.len() / 3];
+        let sides = if mesh.face_arities.is_empty() { triangles } else { mesh.face_arities };
+        let faces = sides.iter().map(|&sides| corners.by_ref().take(sides as usize).collect());
+        solid.faces = faces.collect();
     }
-    if solid.vertices.iter().any(|v| !v.is_finite()) {
-        return Err("a vertex is not finite".into());
+    if solid.vertices.iter().any(|vertex| !vertex.is_finite()) {
+        return Err(FileError::wrong(path, "a vertex is not finite"));
     }
     Ok(solid)
 }

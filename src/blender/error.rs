@@ -1,4 +1,4 @@
-//! Everything that can go wrong between soilsig and Blender.
+//! Failures of Blender and of its scripts.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -9,19 +9,19 @@ use super::{Kind, Version};
 use crate::support::error::{Failure, Status};
 use crate::support::output::OutputError;
 
-/// Blender could not be found or did not do its work.
+/// Blender was not found or failed.
 #[derive(Debug, thiserror::Error)]
 pub enum BlenderError {
-    /// The search found nothing that is a Blender.
+    /// The search found no Blender.
     #[error("no Blender was found (looked for {looked_for})")]
     Missing {
         /// The places, in the order of the search.
         looked_for: String,
     },
-    /// What was named or found is no working Blender.
-    #[error("{} is not a Blender that works: {reason}", path.display())]
+    /// A program is not a working Blender.
+    #[error("{} is not a working Blender: {reason}", path.display())]
     Unusable {
-        /// What was tried.
+        /// The program.
         path: PathBuf,
         /// What it did instead.
         reason: String,
@@ -42,56 +42,56 @@ pub enum BlenderError {
         /// The Blender.
         path: PathBuf,
     },
-    /// A script failed inside Blender, or did not write what it should.
+    /// A script failed in Blender, or its files are missing.
     #[error("{message}")]
     Script {
-        /// The script's own words, or the end of its traceback.
+        /// The script's message, or the end of its traceback.
         message: String,
-        /// The remedy that the script named.
+        /// The script's remedy.
         remedy: Option<String>,
-        /// Everything that Blender said.
+        /// The file with Blender's output.
         log: PathBuf,
     },
-    /// Blender was ended by a signal.
+    /// A signal ended Blender.
     #[error("{} crashed ({signal})", path.display())]
     Crash {
         /// The Blender.
         path: PathBuf,
         /// The signal.
         signal: Signal,
-        /// Everything that Blender said, where it is kept.
+        /// The file with Blender's output, if it was kept.
         log: Option<PathBuf>,
     },
-    /// Blender did not end in time and was ended.
-    #[error("{} had not ended after {} s and was ended", path.display(), limit.as_secs_f64())]
+    /// Blender was stopped at its time limit.
+    #[error("{} was stopped at its time limit of {} s", path.display(), limit.as_secs_f64())]
     Timeout {
         /// The Blender.
         path: PathBuf,
         /// The limit.
         limit: Duration,
-        /// Everything that Blender said, where it is kept.
+        /// The file with Blender's output, if it was kept.
         log: Option<PathBuf>,
     },
     /// Blender has no window, or could not open it.
-    #[error("{} opens no window: {reason}", path.display())]
+    #[error("{} cannot open a window: {reason}", path.display())]
     NoWindow {
         /// The Blender.
         path: PathBuf,
         /// Why.
         reason: String,
     },
-    /// The bed that came out of the drop is not to be trusted.
+    /// The bed failed its checks.
     #[error("the bed is refused: {message}")]
     Refused {
-        /// The script's own words.
+        /// The script's message.
         message: String,
-        /// The remedy that the script named.
+        /// The script's remedy.
         remedy: Option<String>,
-        /// Everything that Blender said.
+        /// The file with Blender's output.
         log: PathBuf,
     },
-    /// The user asked to stop; Blender was ended.
-    #[error("interrupted; Blender was ended")]
+    /// The user interrupted; Blender was stopped.
+    #[error("interrupted; Blender was stopped")]
     Interrupted,
     /// The log or a script could not be written.
     #[error(transparent)]
@@ -99,7 +99,7 @@ pub enum BlenderError {
 }
 
 impl BlenderError {
-    /// Where everything is that Blender said, if that was kept.
+    /// The file with Blender's output, if it was kept.
     pub fn log(&self) -> Option<&Path> {
         match self {
             Self::Script { log, .. } | Self::Refused { log, .. } => Some(log),
@@ -129,32 +129,31 @@ impl Failure for BlenderError {
     fn hint(&self) -> Option<String> {
         let remedy = match self {
             Self::Missing { .. } => {
-                "install one (on Debian: apt install blender python3-numpy), or name a blender or \
-                 a Python with bpy by --blender or SOILSIG_BLENDER"
+                "install Blender (Debian: apt install blender python3-numpy), or name a blender or \
+                 a Python with bpy in --blender or SOILSIG_BLENDER"
             }
             Self::Unusable { .. } => {
-                "name a blender or a Python with bpy by --blender or SOILSIG_BLENDER"
+                "name a blender or a Python with bpy in --blender or SOILSIG_BLENDER"
             }
             Self::Unsupported { .. } => {
-                "install a newer one, or name another by --blender or SOILSIG_BLENDER"
+                "install a newer Blender, or name another one in --blender or SOILSIG_BLENDER"
             }
             Self::NumpyMissing { kind: Kind::PythonModule, path } => {
-                return Some(format!("{} -m pip install numpy", path.display()));
+                return Some(format!("run {} -m pip install numpy", path.display()));
             }
             Self::NumpyMissing { kind: Kind::Executable, .. } => {
-                "install numpy for the Python that this Blender uses (Debian's: apt install \
-                 python3-numpy)"
+                "install numpy for Blender's Python (Debian: apt install python3-numpy)"
             }
             Self::Crash { signal: Signal::SIGKILL, .. } => {
-                "the system may have run out of memory: ask for fewer grains"
+                "the memory may have run out: ask for fewer grains"
             }
-            Self::Crash { .. } => "try again, or another Blender by --blender",
+            Self::Crash { .. } => "try again, or name another Blender in --blender",
             Self::NoWindow { .. } => {
-                "name a blender executable by --blender, and start it where there is a display; \
-                 without one the scripts still run: `soilsig pipeline`"
+                "name a blender executable in --blender and start it on a display; `soilsig \
+                 pipeline` needs no display"
             }
-            Self::Timeout { log: None, .. } => "start it by hand to see what holds it up",
-            Self::Timeout { .. } => "allow more seconds by --blender-timeout",
+            Self::Timeout { log: None, .. } => "start it by hand to find the cause",
+            Self::Timeout { .. } => "allow more seconds with --blender-timeout",
             Self::Script { remedy, .. } | Self::Refused { remedy, .. } => {
                 remedy.as_deref().unwrap_or_default()
             }

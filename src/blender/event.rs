@@ -1,14 +1,14 @@
-//! What a script tells while it runs: lines `@soilsig {json}` among whatever Blender prints.
+//! The reports of a script: lines `@soilsig {json}` among the other output of Blender.
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 const MARK: &[u8] = b"@soilsig ";
 
 /// One report of a script.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Event {
-    /// What the Blender is: the answer of `probe.py`.
+    /// The versions of a Blender: the answer of `probe.py`.
     Probe {
         /// Blender's version.
         blender: String,
@@ -17,81 +17,74 @@ pub enum Event {
         /// The version of its numpy, if there is one.
         numpy: Option<String>,
     },
-    /// How far a stage has come.
+    /// The progress of a stage.
     Progress {
-        /// `model`, `dust`, `drop`, `check` or `export` of a bed; `bed` when one of several is done.
+        /// `model`, `dust`, `drop`, `check` or `export` of a bed; `bed` when a bed is finished.
         stage: String,
-        /// Steps done.
+        /// Finished steps.
         done: u64,
-        /// Steps in all; a stage may end before them.
+        /// All steps; a stage may need fewer.
         total: u64,
     },
-    /// Something the user should know; the work goes on.
+    /// A warning; the work goes on.
     Warning {
-        /// For the user.
+        /// The text for the user.
         message: String,
     },
-    /// The script gives up.
+    /// The script ends with an error.
     Error {
-        /// What sort of trouble.
+        /// The kind of error.
         kind: Trouble,
-        /// For the user.
+        /// The text for the user.
         message: String,
-        /// The remedy, if the script knows one.
+        /// The remedy, if the script has one.
         hint: Option<String>,
     },
-    /// The last line of a success.
+    /// The last report of a success.
     Done {
-        /// Files written, relative to the job's folder.
+        /// The files written, relative to the job's folder.
         files: Vec<String>,
     },
 }
 
-/// Why a script gave up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+/// The kind of a script's error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Trouble {
-    /// The scene asks for something that cannot be made.
-    Scene,
     /// Blender's Python has no numpy.
     Numpy,
     /// The Blender is too old.
     Version,
-    /// The grains did not come to rest.
-    NotSettled,
-    /// Grains left the tray.
-    Escaped,
-    /// Grains sank into each other.
-    Overlap,
-    /// Grains sank into the tray.
-    Sunk,
-    /// Grains hang in the air.
-    Floating,
-    /// A position is not a number.
-    Nan,
-    /// Anything else.
+    /// The bed failed its checks.
+    #[serde(rename = "not_settled")]
+    #[serde(
+        alias = "escaped",
+        alias = "overlap",
+        alias = "sunk",
+        alias = "floating",
+        alias = "nan"
+    )]
+    Refused,
+    /// Any other error.
     #[serde(other)]
-    Internal,
+    Other,
 }
 
 impl Event {
-    /// Splits a line into the event in it and the text around the event, which belongs in the log.
-    ///
-    /// Blender flushes on its own account, so that its words can stand before or behind an event.
+    /// Splits a line into its event and the text around it, which belongs in the log: Blender's own
+    /// output may share the line.
     pub(super) fn split(line: &[u8]) -> (Option<Self>, Vec<u8>) {
         let Some(start) = line.windows(MARK.len()).position(|window| window == MARK) else {
             return (None, line.to_vec());
         };
         let (before, json) = (&line[..start], &line[start + MARK.len()..]);
         let mut values = serde_json::Deserializer::from_slice(json).into_iter::<Self>();
-        match values.next() {
-            Some(Ok(event)) => {
-                let around = [before, &json[values.byte_offset()..]].concat();
-                let text = if around.trim_ascii().is_empty() { Vec::new() } else { around };
-                (Some(event), text)
-            }
-            _ => (None, line.to_vec()),
+        let Some(Ok(event)) = values.next() else { return (None, line.to_vec()) };
+        let mut around = [before, &json[values.byte_offset()..]].concat();
+        if around.trim_ascii().is_empty() {
+            around.clear();
         }
+        (Some(event), around)
     }
 }
 
@@ -100,7 +93,7 @@ mod tests {
     use super::{Event, Trouble};
 
     #[test]
-    fn an_event_is_found_among_the_words_of_blender() {
+    fn an_event_is_found_within_other_output() {
         let line = b"Fra:1 @soilsig {\"event\":\"warning\",\"message\":\"m\"} Saved: 'a.blend'\n";
         let (event, text) = Event::split(line);
         assert_eq!(event, Some(Event::Warning { message: "m".into() }));
@@ -111,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn garbage_is_text_for_the_log() {
+    fn a_line_without_a_valid_event_goes_to_the_log() {
         for line in [
             &b"Blender quit\n"[..],
             b"@soilsig {\"event\":\"done\",\"fil\n",
@@ -128,6 +121,6 @@ mod tests {
         let (event, _) =
             Event::split(b"@soilsig {\"event\":\"error\",\"kind\":\"new\",\"message\":\"m\"}");
         let message = "m".into();
-        assert_eq!(event, Some(Event::Error { kind: Trouble::Internal, message, hint: None }));
+        assert_eq!(event, Some(Event::Error { kind: Trouble::Other, message, hint: None }));
     }
 }

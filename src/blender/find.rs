@@ -1,19 +1,19 @@
-//! The search for a Blender that will do.
+//! The search for a usable Blender.
 
 use std::env;
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::probe::{PythonWithBpy, probe, python_with_bpy};
+use super::probe::{Python, probe, python};
 use super::{Blender, BlenderError, Kind, known};
 use crate::support::monitor::Monitor;
 
 /// The environment variable that names the Blender to use.
 pub const VARIABLE: &str = "SOILSIG_BLENDER";
 
-/// Finds the Blender to use; `explicit` is the one of `--blender`, `cache` the folder of what is
-/// remembered between runs.
+/// Finds the Blender to use. `explicit` is the value of `--blender`. Known Blenders are remembered
+/// in the folder `cache`.
 pub fn find(
     explicit: Option<&Path>,
     cache: &Path,
@@ -22,51 +22,51 @@ pub fn find(
     Search::new(explicit, cache).find(monitor)
 }
 
-/// Where to look, and how long to wait for an answer.
+/// The places of a search and its time limit.
 #[derive(Debug, Clone)]
 pub struct Search {
-    /// The choice of `--blender`.
+    /// The value of `--blender`.
     pub explicit: Option<OsString>,
-    /// The choice of `SOILSIG_BLENDER`.
+    /// The value of `SOILSIG_BLENDER`.
     pub variable: Option<OsString>,
-    /// The folders to look in, as in PATH.
+    /// The folders to search, in the form of PATH.
     pub path: Option<OsString>,
-    /// The folder in which `.venv` is looked for.
+    /// The folder of `.venv`.
     pub folder: PathBuf,
-    /// Where Blenders met before are remembered.
+    /// The folder where known Blenders are remembered.
     pub cache: PathBuf,
-    /// Whether to ask again those that are remembered.
+    /// Whether to ask known Blenders again.
     pub afresh: bool,
-    /// How long a Blender may take to tell what it is.
+    /// The time limit for the answer of a Blender.
     pub patience: Duration,
 }
 
-/// One place of the search and what was there.
+/// One place of the search and its outcome.
 #[derive(Debug)]
 pub struct Attempt {
-    /// `--blender`, `blender on PATH` ...
+    /// The place, such as `--blender` or `blender on PATH`.
     pub place: &'static str,
-    /// What was there.
+    /// The file at this place.
     pub path: Option<PathBuf>,
-    /// Whether it will do.
+    /// The outcome.
     pub outcome: Outcome,
 }
 
-/// What came of one place of the search.
+/// The outcome of one place of the search.
 #[derive(Debug)]
 pub enum Outcome {
-    /// Nothing is there.
+    /// There is no file.
     Nothing,
-    /// A Python without `bpy`: nothing wrong, but no Blender.
+    /// A Python without `bpy`, which is no error.
     NoBpy,
-    /// A Blender that will not do.
+    /// A Blender that cannot be used.
     Failed(BlenderError),
-    /// A Blender that will do.
+    /// A usable Blender.
     Found(Blender),
 }
 
 impl Search {
-    /// The search of this process: its environment, its working folder.
+    /// A search with the environment and the working folder of this process.
     pub fn new(explicit: Option<&Path>, cache: &Path) -> Self {
         Self {
             explicit: explicit.map(Into::into),
@@ -82,13 +82,12 @@ impl Search {
     /// Finds the Blender to use.
     ///
     /// # Errors
-    /// The first thing that was wrong with what was found. A choice of the user's that does not
-    /// work is not replaced by another Blender.
+    /// The first error of the search. A Blender that the user named is not replaced by another one.
     pub fn find(&self, monitor: &dyn Monitor) -> Result<Blender, BlenderError> {
         Self::conclude(self.attempts(monitor))
     }
 
-    /// Looks at one place after the other, up to the first Blender that will do.
+    /// Tries the places in turn, up to the first usable Blender.
     pub fn attempts(&self, monitor: &dyn Monitor) -> Vec<Attempt> {
         let mut attempts = Vec::new();
         for (place, choice) in [("--blender", &self.explicit), (VARIABLE, &self.variable)] {
@@ -100,14 +99,13 @@ impl Search {
             attempts.push(Attempt { place, path: None, outcome: Outcome::Nothing });
         }
         let venv = self.folder.join(".venv/bin/python");
-        let names = [
+        for (place, name) in [
             ("blender on PATH", OsStr::new("blender")),
             (".venv/bin/python", venv.as_os_str()),
             ("python3 on PATH", OsStr::new("python3")),
             ("python3.11 on PATH", OsStr::new("python3.11")),
             ("python on PATH", OsStr::new("python")),
-        ];
-        for (place, name) in names {
+        ] {
             let path = self.which(name);
             let outcome =
                 path.as_deref().map_or(Outcome::Nothing, |path| self.examine(path, monitor));
@@ -121,78 +119,69 @@ impl Search {
         attempts
     }
 
-    /// The Blender that a search found, or the first thing that was wrong.
+    /// The usable Blender of a search, or its interrupt, or its first error.
     pub fn conclude(attempts: Vec<Attempt>) -> Result<Blender, BlenderError> {
         let places: Vec<_> = attempts.iter().map(|attempt| attempt.place).collect();
-        let looked_for = places.join(", ");
-        let mut trouble = None;
+        let mut result = Err(BlenderError::Missing { looked_for: places.join(", ") });
         for attempt in attempts {
-            match attempt.outcome {
-                Outcome::Found(blender) => return Ok(blender),
-                Outcome::Failed(BlenderError::Interrupted) => {
-                    return Err(BlenderError::Interrupted);
+            match (attempt.outcome, &result) {
+                (Outcome::Found(blender), _) => return Ok(blender),
+                (Outcome::Failed(error @ BlenderError::Interrupted), _)
+                | (Outcome::Failed(error), Err(BlenderError::Missing { .. })) => {
+                    result = Err(error);
                 }
-                Outcome::Failed(error) => trouble = trouble.or(Some(error)),
-                Outcome::Nothing | Outcome::NoBpy => {}
+                _ => {}
             }
         }
-        Err(trouble.unwrap_or(BlenderError::Missing { looked_for }))
+        result
     }
 
     fn which(&self, name: &OsStr) -> Option<PathBuf> {
         which::which_in(name, self.path.as_ref(), &self.folder).ok()
     }
 
-    /// Looks at what the user named.
+    /// Tries the file that the user named.
     fn choice(&self, choice: &OsStr, monitor: &dyn Monitor) -> (PathBuf, Outcome) {
-        let unusable = |path: &Path, reason: &str| {
-            let path = path.to_owned();
+        let path = self.which(choice);
+        let outcome = path.as_deref().map_or(Outcome::Nothing, |path| self.examine(path, monitor));
+        let path = path.unwrap_or_else(|| choice.into());
+        let unusable = |reason: &str| {
+            let path = path.clone();
             Outcome::Failed(BlenderError::Unusable { path, reason: reason.into() })
         };
-        let Some(path) = self.which(choice) else {
-            let path = PathBuf::from(choice);
-            let outcome = unusable(&path, "there is no such executable file");
-            return (path, outcome);
-        };
-        let outcome = match self.examine(&path, monitor) {
-            Outcome::NoBpy => unusable(&path, "this Python has no module bpy"),
+        let outcome = match outcome {
+            Outcome::Nothing => unusable("there is no such executable file"),
+            Outcome::NoBpy => unusable("this Python has no module bpy"),
             outcome => outcome,
         };
         (path, outcome)
     }
 
-    /// Tells whether an executable is a Blender that will do: from memory, or by asking it.
+    /// Takes an executable's Blender from memory, or asks the executable.
     fn examine(&self, path: &Path, monitor: &dyn Monitor) -> Outcome {
-        if !self.afresh
-            && let Some(blender) = known::recall(&self.cache, path)
-        {
+        let known = if self.afresh { None } else { known::recall(&self.cache, path) };
+        if let Some(blender) = known {
             return Outcome::Found(blender);
         }
-        let (answer, files) = match kind_of(path) {
-            Kind::Executable => (probe(Kind::Executable, path, self.patience, monitor), Vec::new()),
-            Kind::PythonModule => match python_with_bpy(path, self.patience, monitor) {
+        let is_python = path.file_name().is_some_and(|n| n.to_string_lossy().starts_with("python"));
+        let (answer, files) = if is_python {
+            match python(path, self.patience, monitor) {
                 Err(error) => return Outcome::Failed(error),
-                Ok(None) => return Outcome::NoBpy,
-                Ok(Some(PythonWithBpy { interpreter, bpy })) => {
+                Ok(Some(Python { interpreter, bpy: Some(bpy) })) => {
                     let answer = probe(Kind::PythonModule, &interpreter, self.patience, monitor);
                     (answer, vec![interpreter, bpy])
                 }
-            },
+                Ok(_) => return Outcome::NoBpy,
+            }
+        } else {
+            (probe(Kind::Executable, path, self.patience, monitor), Vec::new())
         };
         match answer {
             Err(error) => Outcome::Failed(error),
             Ok(blender) => {
-                let files: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
-                // To be unable to remember costs the next run a second, nothing else.
-                let _ = known::remember(&self.cache, path, &files, &blender);
+                known::remember(&self.cache, path, &files, &blender);
                 Outcome::Found(blender)
             }
         }
     }
-}
-
-/// Told by the name: interpreters are called `python`, `python3`, `python3.11` ...
-fn kind_of(path: &Path) -> Kind {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    if name.starts_with("python") { Kind::PythonModule } else { Kind::Executable }
 }

@@ -1,48 +1,38 @@
-//! Blenders met before, so that a second run need not start one to learn what it is.
+//! Remembers Blenders between runs: to ask one for its versions takes a second.
 
-use std::fs;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::UNIX_EPOCH;
+use std::time::SystemTime;
+use std::{fs, io};
 
 use serde::{Deserialize, Serialize};
 
 use super::Blender;
-use crate::support::output::{self, OutputError};
+use crate::support::output;
 
-/// What is remembered of a Blender, good as long as its files are unchanged.
-#[derive(Serialize, Deserialize)]
-struct Entry {
-    /// Where it was found.
-    found_at: PathBuf,
-    /// The files that make it what it is; the one at `found_at` first.
-    stamps: Vec<Stamp>,
-    blender: Blender,
-}
+/// For each path where a Blender was found: the files that it depends on, and its versions.
+type Known = BTreeMap<PathBuf, (Vec<Stamp>, Blender)>;
 
-/// What tells that a file is still the same, at the price of one `stat`.
-#[derive(PartialEq, Eq, Serialize, Deserialize)]
+/// The state of a file, to tell whether it has changed.
+#[derive(PartialEq, Serialize, Deserialize)]
 struct Stamp {
     path: PathBuf,
+    /// The file that the path leads to, through links.
+    file: PathBuf,
     size: u64,
-    modified_ns: u64,
+    modified: SystemTime,
 }
 
 impl Stamp {
-    /// The stamp of the file that a path leads to now.
-    fn of(path: &Path) -> Option<Self> {
-        let path = path.canonicalize().ok()?;
-        let file = fs::metadata(&path).ok()?;
-        let modified = file.modified().ok()?.duration_since(UNIX_EPOCH).ok()?;
-        let modified_ns = u64::try_from(modified.as_nanos()).ok()?;
-        Some(Self { path, size: file.len(), modified_ns })
+    fn of(path: &Path) -> io::Result<Self> {
+        let file = path.canonicalize()?;
+        let metadata = fs::metadata(&file)?;
+        let (size, modified) = (metadata.len(), metadata.modified()?);
+        Ok(Self { path: path.to_owned(), file, size, modified })
     }
-}
 
-impl Entry {
     fn holds(&self) -> bool {
-        let holds = |stamp: &Stamp| Stamp::of(&stamp.path).as_ref() == Some(stamp);
-        // A link at `found_at` may lead elsewhere by now.
-        self.stamps.first() == Stamp::of(&self.found_at).as_ref() && self.stamps.iter().all(holds)
+        Self::of(&self.path).is_ok_and(|now| now == *self)
     }
 }
 
@@ -50,30 +40,26 @@ fn list(cache: &Path) -> PathBuf {
     cache.join("blenders.json")
 }
 
-/// A list that is absent, damaged or of another format is an empty one.
-fn read(cache: &Path) -> Vec<Entry> {
+/// A list that is missing or damaged counts as empty.
+fn read(cache: &Path) -> Known {
     let text = fs::read(list(cache)).unwrap_or_default();
     serde_json::from_slice(&text).unwrap_or_default()
 }
 
-/// The Blender at `found_at`, if it is known and unchanged.
+/// The Blender that was found at a path, if none of its files has changed.
 pub(super) fn recall(cache: &Path, found_at: &Path) -> Option<Blender> {
-    let entry = read(cache).into_iter().find(|entry| entry.found_at == found_at)?;
-    entry.holds().then_some(entry.blender)
+    let (stamps, blender) = read(cache).remove(found_at)?;
+    stamps.iter().all(Stamp::holds).then_some(blender)
 }
 
-/// Remembers a Blender by the place where it was found and the other files that it is made of.
-pub(super) fn remember(
-    cache: &Path,
-    found_at: &Path,
-    files: &[&Path],
-    blender: &Blender,
-) -> Result<(), OutputError> {
-    let all = [found_at].into_iter().chain(files.iter().copied());
-    // A file without a time of change cannot be told from its successor.
-    let Some(stamps) = all.map(Stamp::of).collect() else { return Ok(()) };
-    let mut entries = read(cache);
-    entries.retain(|entry| entry.found_at != found_at);
-    entries.push(Entry { found_at: found_at.to_owned(), stamps, blender: blender.clone() });
-    output::file(&list(cache), |writer| Ok(serde_json::to_writer_pretty(writer, &entries)?))
+/// Remembers a Blender by the path where it was found and the further files that it depends on.
+/// Without an entry the next run asks again, so a failure is harmless.
+pub(super) fn remember(cache: &Path, found_at: &Path, files: &[PathBuf], blender: &Blender) {
+    let all = std::iter::once(found_at).chain(files.iter().map(PathBuf::as_path));
+    let Ok(stamps) = all.map(Stamp::of).collect() else { return };
+    let mut known = read(cache);
+    known.insert(found_at.to_owned(), (stamps, blender.clone()));
+    if let Ok(text) = serde_json::to_vec_pretty(&known) {
+        let _ = output::bytes(&list(cache), &text);
+    }
 }

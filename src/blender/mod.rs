@@ -1,8 +1,7 @@
-//! The one place that speaks to Blender: finds it, runs the scripts of `blender_scripts/` in it and
-//! turns whatever goes wrong into one clear error.
+//! Finds Blender, runs the scripts of `blender_scripts/` in it, and reports failures as one error.
 //!
-//! Blender is either its executable or a Python that can import `bpy`; both run the same scripts.
-//! A script reports by JSON lines ([`Event`]); all else that Blender says goes into a log.
+//! Blender is its executable, or a Python that can import `bpy`. Both run the same scripts. A
+//! script reports by JSON lines ([`Event`]). All other output of Blender goes into a log.
 
 mod error;
 mod event;
@@ -22,7 +21,7 @@ use serde::{Deserialize, Serialize};
 pub use error::BlenderError;
 pub use event::{Event, Trouble};
 pub use find::{Attempt, Outcome, Search, VARIABLE, find};
-pub use run::{Finished, Job};
+pub use run::Job;
 pub use scripts::{SCRIPTS, sha256 as scripts_sha256};
 pub use version::Version;
 pub use window::write_addon;
@@ -37,7 +36,7 @@ pub enum Kind {
     PythonModule,
 }
 
-/// A Blender that will do: of a supported version, with numpy in its Python.
+/// A usable Blender: its version is supported, and its Python has numpy.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Blender {
     /// How it is started.
@@ -53,11 +52,11 @@ pub struct Blender {
 }
 
 impl Blender {
-    /// What to tell the user before relying on this Blender, if anything.
+    /// A warning for the user, if the version is not tested.
     pub fn warning(&self) -> Option<String> {
         (!self.version.is_tested()).then(|| {
             format!(
-                "Blender {} is not among the tested versions ({})",
+                "Blender {} is not a tested version (tested: {})",
                 self.version,
                 Version::tested_list()
             )

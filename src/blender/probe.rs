@@ -1,4 +1,4 @@
-//! Asks an executable whether it is a Blender that will do.
+//! Asks an executable for its Blender.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use super::run::{Scratch, does_not_start, last_words, run_logged};
 use super::{Blender, BlenderError, Event, Kind, Version};
 use crate::support::monitor::Monitor;
 
-/// Starts a Blender to ask what it is.
+/// Starts a Blender and asks for its versions.
 pub(super) fn probe(
     kind: Kind,
     path: &Path,
@@ -23,22 +23,13 @@ pub(super) fn probe(
     let log = scratch.log();
     let mut answer = None;
     let command = scratch.command(kind, path, "probe.py");
-    let ending = run_logged(command, &log, patience, monitor, &mut |event| {
+    let ending = run_logged(path, command, &log, patience, monitor, &mut |event| {
         if let Event::Probe { blender, python, numpy } = event {
             answer = Some((blender, python, numpy));
         }
-    })?
-    .map_err(|source| does_not_start(path, &source))?;
-
+    })?;
+    ending.exit_code(path, patience, None)?;
     let path = path.to_owned();
-    match ending {
-        Ending::Interrupted => return Err(BlenderError::Interrupted),
-        Ending::TimedOut => {
-            return Err(BlenderError::Timeout { path, limit: patience, log: None });
-        }
-        Ending::Crashed(signal) => return Err(BlenderError::Crash { path, signal, log: None }),
-        Ending::Exited(_) => {}
-    }
     let Some((version, python, numpy)) = answer else { return Err(no_answer(path, &log)) };
     let version = match version.parse::<Version>() {
         Err(reason) => return Err(BlenderError::Unusable { path, reason }),
@@ -53,70 +44,50 @@ pub(super) fn probe(
     }
 }
 
-/// Why there is no answer: a Blender whose Python is too old for the script still says its
-/// version when it starts.
+/// The error of a program that did not answer. A Blender whose Python is too old for the script
+/// still prints its version.
 fn no_answer(path: PathBuf, log: &Path) -> BlenderError {
     let text = fs::read(log).unwrap_or_default();
     let version = String::from_utf8_lossy(&text)
         .lines()
         .find_map(|line| line.strip_prefix("Blender ")?.parse::<Version>().ok())
         .filter(|version| !version.is_supported());
-    match (version, last_words(log)) {
-        (Some(version), _) => BlenderError::Unsupported { path, version },
-        (None, Some(words)) => {
-            BlenderError::Unusable { path, reason: format!("it says \"{words}\"") }
-        }
-        (None, None) => BlenderError::Unusable { path, reason: "it says nothing".into() },
+    match version {
+        Some(version) => BlenderError::Unsupported { path, version },
+        None => BlenderError::Unusable { path, reason: last_words(log) },
     }
 }
 
-/// A Python that has `bpy`.
-#[derive(Debug)]
-pub(super) struct PythonWithBpy {
-    /// The interpreter itself: pyenv and others put scripts in its place.
+/// The answer of a Python.
+#[derive(Debug, Deserialize)]
+pub(super) struct Python {
+    /// The interpreter itself: pyenv and others put a script in its place.
     pub(super) interpreter: PathBuf,
-    /// The module's main file.
-    pub(super) bpy: PathBuf,
+    /// The main file of the module `bpy`, if there is one.
+    pub(super) bpy: Option<PathBuf>,
 }
 
-/// Asks a Python for its `bpy`; quick, because nothing is imported.
-pub(super) fn python_with_bpy(
+/// Asks a Python for its `bpy`, without importing it; `None` if the Python gives no answer.
+pub(super) fn python(
     path: &Path,
     patience: Duration,
     monitor: &dyn Monitor,
-) -> Result<Option<PythonWithBpy>, BlenderError> {
+) -> Result<Option<Python>, BlenderError> {
     const QUESTION: &str = "import importlib.util, json, sys; \
         bpy = importlib.util.find_spec('bpy'); \
         print(json.dumps({'interpreter': sys.executable, 'bpy': bpy and bpy.origin}))";
-
-    #[derive(Deserialize)]
-    struct Answer {
-        interpreter: PathBuf,
-        bpy: Option<PathBuf>,
-    }
-
     let mut command = Command::new(path);
     command.args(["-c", QUESTION]).env_remove("PYTHONPATH").env_remove("PYTHONHOME");
     let mut text = Vec::new();
-    let errors = File::options().write(true).open("/dev/null");
-    let ending = errors
-        .and_then(|errors| {
-            process::supervise(command, &errors, patience, monitor, &mut |line| {
-                text.extend_from_slice(line);
-            })
-        })
+    let mut on_line = |line: &[u8]| text.extend_from_slice(line);
+    let ending = File::options()
+        .write(true)
+        .open("/dev/null")
+        .and_then(|errors| process::supervise(command, &errors, patience, monitor, &mut on_line))
         .map_err(|source| does_not_start(path, &source))?;
-    match ending {
-        Ending::Interrupted => Err(BlenderError::Interrupted),
-        Ending::TimedOut => {
-            Err(BlenderError::Timeout { path: path.to_owned(), limit: patience, log: None })
-        }
-        // A Python too old for the question, or a shim with no version chosen, has no bpy either.
-        Ending::Exited(_) | Ending::Crashed(_) => {
-            let answer: Option<Answer> = serde_json::from_slice(&text).ok();
-            Ok(answer.and_then(|Answer { interpreter, bpy }| {
-                Some(PythonWithBpy { interpreter, bpy: bpy? })
-            }))
-        }
+    // A Python that is too old for the question, or a shim without a version, has no bpy either.
+    if !matches!(ending, Ending::Crashed(_)) {
+        ending.exit_code(path, patience, None)?;
     }
+    Ok(serde_json::from_slice(&text).ok())
 }

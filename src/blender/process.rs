@@ -1,11 +1,11 @@
-//! A child process under control: own process group, clean environment, time limit.
+//! A child process with its own process group, a clean environment and a time limit.
 
 use std::env;
 use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::LazyLock;
 use std::sync::mpsc::{self, RecvTimeoutError};
@@ -15,28 +15,50 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
 
+use super::BlenderError;
 use crate::support::monitor::Monitor;
 
-/// How often the limit, the user's wish to stop and the child's end are looked at.
+/// The interval at which the time limit, the user's interrupt and the child's end are checked.
 const POLL: Duration = Duration::from_millis(20);
-/// How long a process may take to end when asked, and its pipe to close when it has ended.
+/// The time for a process to end when asked, and for its pipe to close after its end.
 const GRACE: Duration = Duration::from_secs(2);
 
 /// How a process ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ending {
-    /// By itself, with this code.
+    /// It exited with this code.
     Exited(i32),
-    /// By a signal that was not ours.
+    /// A signal ended it that was not ours.
     Crashed(Signal),
-    /// It was ended at its time limit.
+    /// It was stopped at its time limit.
     TimedOut,
-    /// It was ended because the user asked to stop.
+    /// It was stopped because the user interrupted.
     Interrupted,
 }
 
+impl Ending {
+    /// The exit code of a program that ended by itself.
+    ///
+    /// # Errors
+    /// A crash, the time limit, an interrupt.
+    pub(super) fn exit_code(
+        self,
+        path: &Path,
+        limit: Duration,
+        log: Option<&Path>,
+    ) -> Result<i32, BlenderError> {
+        let (path, log) = (path.to_owned(), log.map(PathBuf::from));
+        match self {
+            Self::Exited(code) => Ok(code),
+            Self::Crashed(signal) => Err(BlenderError::Crash { path, signal, log }),
+            Self::TimedOut => Err(BlenderError::Timeout { path, limit, log }),
+            Self::Interrupted => Err(BlenderError::Interrupted),
+        }
+    }
+}
+
 impl From<ExitStatus> for Ending {
-    /// A shell between us and Blender reports its death by a signal as 128 + the signal.
+    /// A shell that starts Blender reports a signal as the exit code 128 + the signal.
     fn from(status: ExitStatus) -> Self {
         let code = status.code().unwrap_or_default();
         let number = status.signal().unwrap_or(code - 128);
@@ -44,10 +66,10 @@ impl From<ExitStatus> for Ending {
     }
 }
 
-/// A command that the system kills should this process die without a chance to end it.
+/// A command whose process the system kills when this process dies.
 ///
-/// That is `prctl(PR_SET_PDEATHSIG)`, which only the child itself can call: util-linux's `setpriv`
-/// does it and becomes the program. Where there is none the program is started plainly.
+/// Only the child can ask for this (`PR_SET_PDEATHSIG`). util-linux's `setpriv` asks, then becomes
+/// the program. Without `setpriv` the program is started directly.
 pub(super) fn tied_to_this_process(program: impl AsRef<OsStr>) -> Command {
     const SETPRIV: [&str; 4] = ["/usr/bin/setpriv", "--pdeathsig", "KILL", "--"];
     static WORKS: LazyLock<bool> = LazyLock::new(|| {
@@ -64,22 +86,22 @@ pub(super) fn tied_to_this_process(program: impl AsRef<OsStr>) -> Command {
     }
 }
 
-/// Leaves of the user's environment only what a Blender may need to start at all.
+/// Keeps only the environment variables that a Blender may need to start.
 ///
 /// Debian's Blender takes its Python's prefix from the first `python3` on PATH and obeys `PYTHON*`:
-/// a pyenv or an active virtual environment would hide its numpy. `scratch` becomes its temporary
-/// folder, so that a Blender that is killed leaves nothing behind.
+/// a pyenv or an active virtual environment would hide its numpy. `scratch` becomes Blender's
+/// temporary folder, so that no files remain if Blender is killed.
 pub(super) fn clean_environment(command: &mut Command, scratch: &Path) {
     const KEPT: [&str; 4] = ["HOME", "LD_LIBRARY_PATH", "OPENBLAS_CORETYPE", "OPENBLAS_L2_SIZE"];
     command.env_clear();
     command.envs(KEPT.iter().filter_map(|name| Some((name, env::var_os(name)?))));
     command.env("PATH", "/usr/bin:/bin").env("LC_ALL", "C.UTF-8").env("TMPDIR", scratch);
-    // The order of Python's sets must not change from run to run.
+    // The order of Python's sets must be the same in every run.
     command.env("PYTHONHASHSEED", "0").env("PYTHONUNBUFFERED", "1");
 }
 
-/// Runs a command to its end or its limit: its stdout line by line to `on_line`, its stderr into
-/// `errors`.
+/// Runs a command to its end or its limit. Passes the lines of its stdout to `on_line` and writes
+/// its stderr to `errors`.
 pub(super) fn supervise(
     mut command: Command,
     errors: &File,
@@ -104,7 +126,7 @@ pub(super) fn supervise(
         }
         match ended {
             Some((ending, _)) if !is_open => return Ok(ending),
-            // Something that it started still holds its stdout: dropping the group ends that.
+            // A child of it still holds its stdout: dropping the group ends that child.
             Some((ending, since)) if since.elapsed() > GRACE => return Ok(ending),
             None if monitor.is_cancelled() => return Ok(Ending::Interrupted),
             None if Instant::now() > deadline => return Ok(Ending::TimedOut),
@@ -114,7 +136,7 @@ pub(super) fn supervise(
     }
 }
 
-/// The lines of a pipe, read by a thread that ends with the pipe or with the receiver.
+/// The lines of a pipe. A thread reads them until the pipe or the receiver closes.
 fn lines_of(pipe: impl io::Read + Send + 'static) -> mpsc::Receiver<Vec<u8>> {
     let (sender, receiver) = mpsc::sync_channel(1024);
     thread::spawn(move || {
@@ -129,13 +151,13 @@ fn lines_of(pipe: impl io::Read + Send + 'static) -> mpsc::Receiver<Vec<u8>> {
     receiver
 }
 
-/// A child and all that it started; none of them outlives this value.
+/// A child and all processes that it started. Dropping this value ends them.
 struct Group(Child);
 
 impl Drop for Group {
     fn drop(&mut self) {
         let id = Pid::from_raw(self.0.id().cast_signed());
-        // A group that is gone already is no error here.
+        // The group may have ended already.
         let _ = killpg(id, Signal::SIGTERM);
         let asked = Instant::now();
         while matches!(self.0.try_wait(), Ok(None)) && asked.elapsed() < GRACE {

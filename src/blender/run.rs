@@ -1,148 +1,105 @@
-//! One script run in Blender, from start to a result that can be trusted.
+//! Runs a script in Blender and checks its result.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::process::{self, Ending};
 use super::{Blender, BlenderError, Event, Kind, Trouble, scripts};
 use crate::support::monitor::Monitor;
 use crate::support::output::{self, OutputError};
 
-/// A script to be run.
+/// A run of a script.
 #[derive(Clone)]
 pub struct Job<'a> {
     /// The script's name in `blender_scripts/`, such as `drop.py`.
     pub script: &'a str,
-    /// Its arguments, less `--out`.
+    /// Its arguments without `--out`.
     pub args: Vec<OsString>,
-    /// The folder that it writes into, passed as `--out`.
+    /// The folder for its files, passed as `--out`.
     pub out: &'a Path,
-    /// Where all goes that Blender says; written while it runs, kept whatever comes.
+    /// The file for Blender's output. It is written during the run and kept after a failure.
     pub log: &'a Path,
-    /// When to end it.
+    /// The time limit.
     pub time_limit: Duration,
-    /// Whoever may end it before.
+    /// Can stop the run.
     pub monitor: &'a dyn Monitor,
 }
 
-/// A job that was done: exit status 0, a last word `done`, and every file there.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Finished {
-    /// Files written, relative to the job's folder.
-    pub files: Vec<String>,
-    /// What the script warned of.
-    pub warnings: Vec<String>,
-    /// Wall time, s.
-    pub wall_s: f64,
-}
-
 impl Blender {
-    /// Runs a job to its end; every event is passed on as it comes.
+    /// Runs a job to its end. Passes each event to `on_event` when it arrives. Returns the files
+    /// that the script wrote, relative to the job's folder.
     ///
     /// # Errors
-    /// Anything but a full success. What the job may have written is not to be used then.
+    /// Anything but a full success. Files that the job wrote are then not to be used.
     pub fn run(
         &self,
         job: &Job,
         on_event: &mut dyn FnMut(&Event),
-    ) -> Result<Finished, BlenderError> {
-        let started = Instant::now();
+    ) -> Result<Vec<String>, BlenderError> {
         let scratch = Scratch::new()?;
         let mut command = scratch.command(self.kind, &self.path, job.script);
         command.args(&job.args).arg("--out").arg(job.out);
 
-        let mut warnings = Vec::new();
-        let mut last_word = None;
-        let ending = run_logged(command, job.log, job.time_limit, job.monitor, &mut |event| {
+        let mut last = None;
+        let (log, limit) = (job.log, job.time_limit);
+        let ending = run_logged(&self.path, command, log, limit, job.monitor, &mut |event| {
             on_event(&event);
-            match event {
-                Event::Warning { message } => warnings.push(message),
-                Event::Error { .. } | Event::Done { .. } => last_word = Some(event),
-                Event::Probe { .. } | Event::Progress { .. } => {}
+            if matches!(event, Event::Error { .. } | Event::Done { .. }) {
+                last = Some(event);
             }
-        })?
-        .map_err(|source| does_not_start(&self.path, &source))?;
-
-        let files = self.judge(job, ending, last_word)?;
-        Ok(Finished { files, warnings, wall_s: started.elapsed().as_secs_f64() })
+        })?;
+        self.files(job, ending, last)
     }
 
-    /// Tells a success from everything else, by how Blender ended and the script's last word.
-    fn judge(
+    /// The files of a successful job, by Blender's ending and the script's last event.
+    fn files(
         &self,
         job: &Job,
         ending: Ending,
-        last_word: Option<Event>,
+        last: Option<Event>,
     ) -> Result<Vec<String>, BlenderError> {
-        let path = self.path.clone();
-        let log = job.log.to_owned();
-        let message = match (ending, last_word) {
-            (Ending::Interrupted, _) => return Err(BlenderError::Interrupted),
-            (Ending::TimedOut, _) => {
-                return Err(BlenderError::Timeout { path, limit: job.time_limit, log: Some(log) });
-            }
-            (_, Some(Event::Error { kind, message, hint })) => {
-                return Err(self.error_event(kind, message, hint, log));
-            }
-            (Ending::Crashed(signal), _) => {
-                return Err(BlenderError::Crash { path, signal, log: Some(log) });
-            }
-            (Ending::Exited(0), Some(Event::Done { files })) => {
-                match files.iter().find(|file| !is_written(&job.out.join(file))) {
-                    None => return Ok(files),
-                    Some(file) => {
-                        format!("{} announced {file}, which is missing or empty", job.script)
-                    }
-                }
-            }
-            (Ending::Exited(0), _) => format!("{} ended before it was done", job.script),
-            (Ending::Exited(code), _) => match last_words(job.log) {
-                Some(words) => format!("{} failed: {words}", job.script),
-                None => format!("{} failed without a word (exit status {code})", job.script),
-            },
+        let (path, log) = (self.path.clone(), job.log.to_owned());
+        let is_missing = |file: &&String| {
+            !fs::metadata(job.out.join(file)).is_ok_and(|file| file.is_file() && file.len() > 0)
         };
+        let problem = match (ending, last) {
+            (
+                Ending::Exited(_) | Ending::Crashed(_),
+                Some(Event::Error { kind, message, hint: remedy }),
+            ) => {
+                return Err(match kind {
+                    Trouble::Numpy => BlenderError::NumpyMissing { kind: self.kind, path },
+                    Trouble::Version => BlenderError::Unsupported { path, version: self.version },
+                    Trouble::Refused => BlenderError::Refused { message, remedy, log },
+                    Trouble::Other => BlenderError::Script { message, remedy, log },
+                });
+            }
+            (Ending::Exited(0), Some(Event::Done { files })) => match files.iter().find(is_missing)
+            {
+                None => return Ok(files),
+                Some(file) => format!("reported the file {file}, which is missing or empty"),
+            },
+            (Ending::Exited(0), _) => "ended before it was done".into(),
+            _ => {
+                let code = ending.exit_code(&path, job.time_limit, Some(job.log))?;
+                format!("failed with exit status {code}: {}", last_words(job.log))
+            }
+        };
+        let message = format!("{} {problem}", job.script);
         Err(BlenderError::Script { message, remedy: None, log })
     }
-
-    /// The error that a script reported itself.
-    fn error_event(
-        &self,
-        kind: Trouble,
-        message: String,
-        remedy: Option<String>,
-        log: PathBuf,
-    ) -> BlenderError {
-        let path = self.path.clone();
-        match kind {
-            Trouble::Numpy => BlenderError::NumpyMissing { kind: self.kind, path },
-            Trouble::Version => BlenderError::Unsupported { path, version: self.version },
-            Trouble::NotSettled
-            | Trouble::Escaped
-            | Trouble::Overlap
-            | Trouble::Sunk
-            | Trouble::Floating
-            | Trouble::Nan => BlenderError::Refused { message, remedy, log },
-            Trouble::Scene | Trouble::Internal => BlenderError::Script { message, remedy, log },
-        }
-    }
 }
 
-fn is_written(path: &Path) -> bool {
-    fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() > 0)
-}
-
-/// The temporary folder of one start of Blender: the scripts, and Blender's own scratch files.
+/// The temporary folder of one start of Blender, for the scripts and Blender's own temporary files.
 pub(super) struct Scratch(tempfile::TempDir);
 
 impl Scratch {
     pub(super) fn new() -> Result<Self, OutputError> {
-        let folder = tempfile::Builder::new().prefix("soilsig-").tempdir();
-        let at = |source| OutputError { path: std::env::temp_dir(), source };
-        let scratch = Self(folder.map_err(at)?);
+        let scratch = Self(output::temporary()?);
         scripts::unpack(&scratch.scripts())?;
         Ok(scratch)
     }
@@ -151,62 +108,46 @@ impl Scratch {
         self.0.path().join("scripts")
     }
 
-    /// Where to log what nobody will want to read afterwards.
+    /// A log that is removed with the folder.
     pub(super) fn log(&self) -> PathBuf {
         self.0.path().join("blender.log")
     }
 
-    /// The command that runs a script; the script's own arguments follow.
+    /// The command that runs a script, without the script's own arguments.
     pub(super) fn command(&self, kind: Kind, path: &Path, script: &str) -> Command {
         let mut command = process::tied_to_this_process(path);
         if kind == Kind::Executable {
             command.args(["--background", "--factory-startup", "-noaudio"]);
-            // Named after the script it would not hold: a script that raises would exit with 0.
+        }
+        self.add_script(&mut command, kind, script);
+        command
+    }
+
+    /// Adds a script to a command and cleans the command's environment.
+    pub(super) fn add_script(&self, command: &mut Command, kind: Kind, script: &str) {
+        if kind == Kind::Executable {
+            // The exit code must stand before the script: else an exception would exit with 0.
             command.args(["--python-exit-code", "13", "--python"]);
         }
         command.arg(self.scripts().join(script)).arg("--");
-        process::clean_environment(&mut command, self.0.path());
-        command
-    }
-
-    /// The command that opens a window with the user's own preferences and runs a script; the script's own
-    /// arguments follow.
-    pub(super) fn window(&self, path: &Path, more: &[OsString], script: &str) -> Command {
-        let mut command = process::tied_to_this_process(path);
-        command.args(more).args(["--python-exit-code", "13", "--python"]);
-        command.arg(self.scripts().join(script)).arg("--");
-        process::clean_environment(&mut command, self.0.path());
-        // What is saved on its own is to outlive the window.
-        command.env_remove("TMPDIR");
-        command.envs(DISPLAY.iter().filter_map(|name| Some((name, std::env::var_os(name)?))));
-        command
+        process::clean_environment(command, self.0.path());
     }
 }
 
-/// Where a window finds its display.
-const DISPLAY: [&str; 6] = [
-    "DISPLAY",
-    "WAYLAND_DISPLAY",
-    "XAUTHORITY",
-    "XDG_RUNTIME_DIR",
-    "XDG_SESSION_TYPE",
-    "LIBGL_ALWAYS_SOFTWARE",
-];
-
-/// Supervises a command, its events split off and all else in a log. The outer error is that of
-/// the log, the inner one that of the start.
+/// Runs a program to its end or its limit. Its events go to `on_event`, its other output to a log.
 pub(super) fn run_logged(
+    path: &Path,
     command: Command,
     log: &Path,
     limit: Duration,
     monitor: &dyn Monitor,
     on_event: &mut dyn FnMut(Event),
-) -> Result<io::Result<Ending>, OutputError> {
+) -> Result<Ending, BlenderError> {
     let at = |source| OutputError { path: log.to_owned(), source };
     if let Some(folder) = log.parent() {
         output::folder(folder)?;
     }
-    // Written in its place, not renamed into it: it is there to be read while Blender runs.
+    // The log stands in its place from the start, so that it can be read while Blender runs.
     let mut file = File::create(log).map_err(at)?;
     let mut written = writeln!(file, "{command:?}");
     let ending = process::supervise(command, &file, limit, monitor, &mut |line| {
@@ -219,25 +160,25 @@ pub(super) fn run_logged(
         }
     });
     written.map_err(at)?;
-    Ok(ending)
+    ending.map_err(|source| does_not_start(path, &source))
 }
 
-/// The error of a program that the system would not start.
+/// The error of a program that the system cannot start.
 pub(super) fn does_not_start(path: &Path, source: &io::Error) -> BlenderError {
     BlenderError::Unusable { path: path.to_owned(), reason: format!("it does not start: {source}") }
 }
 
-/// The end of the last Python traceback in a log, or else its last line.
-pub(super) fn last_words(log: &Path) -> Option<String> {
-    let text = fs::read(log).ok()?;
+/// The end of the last Python traceback in a log, or else its last line, as a clause.
+pub(super) fn last_words(log: &Path) -> String {
+    let text = fs::read(log).unwrap_or_default();
     let text = String::from_utf8_lossy(&text);
-    // The first line is the command, written by us.
+    // The first line is the command.
     let lines: Vec<&str> = text.lines().skip(1).filter(|line| !line.trim().is_empty()).collect();
     let raised = lines.iter().rposition(|line| line.contains("Traceback (most recent call last)"));
     raised
         .and_then(|at| lines[at + 1..].iter().find(|line| !line.starts_with(' ')))
         .or(lines.last())
-        .map(|line| line.trim().to_owned())
+        .map_or("it printed nothing".into(), |line| format!("it printed \"{}\"", line.trim()))
 }
 
 #[cfg(test)]
@@ -257,8 +198,8 @@ mod tests {
         let log = "command\nError: Python: Traceback (most recent call last):\n  File \"a\"\n\
             KeyError: 1\n\nDuring handling ...\n\nTraceback (most recent call last):\n  File \"a\"\n\
             ValueError: no\n\nError: script failed, file: 'a', exiting.\n";
-        assert_eq!(words(log).as_deref(), Some("ValueError: no"));
-        assert_eq!(words("command\nsome\nwords\n\n").as_deref(), Some("words"));
-        assert_eq!(words("command\n"), None);
+        assert_eq!(words(log), "it printed \"ValueError: no\"");
+        assert_eq!(words("command\nsome\nwords\n\n"), "it printed \"words\"");
+        assert_eq!(words("command\n"), "it printed nothing");
     }
 }

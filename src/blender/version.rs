@@ -1,4 +1,4 @@
-//! Versions of Blender: which are too old, which are tested.
+//! Versions of Blender: the oldest supported one and the tested ones.
 
 use std::fmt;
 use std::str::FromStr;
@@ -17,13 +17,13 @@ pub struct Version {
 }
 
 impl Version {
-    /// The oldest Blender that has all that the scripts use.
+    /// The oldest Blender that has every feature the scripts use.
     pub const OLDEST: Self = Self { major: 3, minor: 4, patch: 0 };
 
-    /// The series that the tests run on.
+    /// The series on which the tests run.
     const TESTED: [(u32, u32); 2] = [(3, 4), (4, 5)];
 
-    /// Whether the scripts can run on it at all.
+    /// Whether the scripts can run on it.
     pub fn is_supported(self) -> bool {
         self >= Self::OLDEST
     }
@@ -33,7 +33,7 @@ impl Version {
         Self::TESTED.contains(&(self.major, self.minor))
     }
 
-    /// The tested series for a message: `3.4, 4.5`.
+    /// The tested series in words: `3.4, 4.5`.
     pub fn tested_list() -> String {
         Self::TESTED.map(|(major, minor)| format!("{major}.{minor}")).join(", ")
     }
@@ -48,9 +48,9 @@ impl fmt::Display for Version {
 impl FromStr for Version {
     type Err = String;
 
-    /// Reads `3.4.1`, and what Blender appends: `4.5.15 LTS`, `2.79 (sub 0)`.
+    /// Reads `3.4.1`, `4.5.15 LTS`, `2.79 (sub 0)`.
     fn from_str(text: &str) -> Result<Self, String> {
-        let wrong = || format!("not a Blender version: \"{text}\"");
+        let wrong = || format!("\"{text}\" is not a version of Blender");
         let numbers = text.split_whitespace().next().ok_or_else(wrong)?;
         let mut parts = numbers.split('.').map(|part| part.parse::<u32>().map_err(|_| wrong()));
         Ok(Self {

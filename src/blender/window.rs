@@ -1,5 +1,7 @@
-//! Blender's window with the add-on of `blender_scripts/soilsig_addon`, and the add-on as a file to install.
+//! Blender's window with the add-on of `blender_scripts/soilsig_addon`, and the add-on as a zip
+//! file.
 
+use std::env;
 use std::ffi::OsString;
 use std::io::{Cursor, Write};
 use std::path::Path;
@@ -7,20 +9,28 @@ use std::time::Duration;
 
 use zip::write::SimpleFileOptions;
 
-use super::process::Ending;
-use super::run::{Scratch, does_not_start, last_words, run_logged};
-use super::{Blender, BlenderError, Kind, SCRIPTS};
+use super::run::{Scratch, last_words, run_logged};
+use super::{Blender, BlenderError, Kind, SCRIPTS, process};
 use crate::support::monitor::Monitor;
 use crate::support::output::{self, OutputError};
 
 /// The add-on's folder.
 const ADDON: &str = "soilsig_addon";
-/// As good as without end.
+/// A limit that is never reached.
 const NO_LIMIT: Duration = Duration::from_secs(1 << 32);
+/// The environment variables by which a window finds its display.
+const DISPLAY: [&str; 6] = [
+    "DISPLAY",
+    "WAYLAND_DISPLAY",
+    "XAUTHORITY",
+    "XDG_RUNTIME_DIR",
+    "XDG_SESSION_TYPE",
+    "LIBGL_ALWAYS_SOFTWARE",
+];
 
 impl Blender {
-    /// Opens Blender's window with the add-on loaded and waits until it is closed. `grains` is the library's
-    /// folder, `more` are arguments for Blender itself.
+    /// Opens Blender's window with the add-on and the user's own preferences, and waits until it is
+    /// closed. `grains` is the folder of the user's grains, `more` are arguments for Blender.
     ///
     /// # Errors
     /// A `bpy` without a window, a Blender that does not open one, or one that crashes.
@@ -30,51 +40,48 @@ impl Blender {
         more: &[OsString],
         monitor: &dyn Monitor,
     ) -> Result<(), BlenderError> {
-        let path = self.path.clone();
+        let no_window = |reason| BlenderError::NoWindow { path: self.path.clone(), reason };
         if self.kind == Kind::PythonModule {
-            let reason = "bpy is Blender without a window".into();
-            return Err(BlenderError::NoWindow { path, reason });
+            return Err(no_window("it is the module bpy, which has no window".into()));
         }
         let scratch = Scratch::new()?;
-        let mut command = scratch.window(&self.path, more, "window.py");
+        let mut command = process::tied_to_this_process(&self.path);
+        command.args(more);
+        scratch.add_script(&mut command, self.kind, "window.py");
+        // Blender's automatic saves must outlive the window.
+        command.env_remove("TMPDIR");
+        command.envs(DISPLAY.iter().filter_map(|name| Some((name, env::var_os(name)?))));
         if let Some(folder) = grains {
             command.arg("--grains").arg(folder);
         }
         let log = scratch.log();
-        let ending = run_logged(command, &log, NO_LIMIT, monitor, &mut |_| ())?
-            .map_err(|source| does_not_start(&path, &source))?;
-        match ending {
-            Ending::Exited(0) => Ok(()),
-            Ending::Interrupted => Err(BlenderError::Interrupted),
-            Ending::Crashed(signal) => Err(BlenderError::Crash { path, signal, log: None }),
-            Ending::Exited(_) | Ending::TimedOut => {
-                let reason = last_words(&log).unwrap_or_else(|| "it says nothing".into());
-                Err(BlenderError::NoWindow { path, reason })
-            }
+        let ending = run_logged(&self.path, command, &log, NO_LIMIT, monitor, &mut |_| ())?;
+        match ending.exit_code(&self.path, NO_LIMIT, None)? {
+            0 => Ok(()),
+            _ => Err(no_window(last_words(&log))),
         }
     }
 }
 
-/// Writes the add-on as a zip that Blender's preferences install.
+/// Writes the add-on as a zip file that Blender's preferences install.
 pub fn write_addon(path: &Path) -> Result<(), OutputError> {
     output::bytes(path, &addon())
 }
 
-/// The add-on with the scripts that it needs within it.
+/// The add-on, with the scripts that it uses inside its folder.
 fn addon() -> Vec<u8> {
     let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
-    let of_it = |path: &str| path.starts_with(ADDON);
-    let needed = |path: &str| path.starts_with("soilsig_blender/") || path == "drop.py";
+    let options = SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
     for (path, text) in SCRIPTS {
-        let name = match path {
-            path if of_it(path) => (*path).to_owned(),
-            path if needed(path) => format!("{ADDON}/{path}"),
+        let name = match *path {
+            path if path.starts_with(ADDON) => path.to_owned(),
+            path if path.starts_with("soilsig_blender/") || path == "drop.py" => {
+                format!("{ADDON}/{path}")
+            }
             _ => continue,
         };
-        let options =
-            SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
-        zip.start_file(name, options).expect("names are short and no two alike");
-        zip.write_all(text.as_bytes()).expect("memory takes it");
+        zip.start_file(name, options).expect("names are short and differ");
+        zip.write_all(text.as_bytes()).expect("memory can be written");
     }
-    zip.finish().expect("memory takes it").into_inner()
+    zip.finish().expect("memory can be written").into_inner()
 }

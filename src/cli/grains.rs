@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use super::{InBlender, Outcome, print, utf8_path};
-use crate::beds::own_grains::{self, Grain, LibraryError};
+use crate::beds::own_grains::{self, Grain, OwnGrainsError};
 use crate::products::grains::{self, Options};
 use crate::support::cache::Cache;
 use crate::support::error::Status;
+use crate::support::file_error::FileError;
 use crate::support::monitor::Monitor;
 
 /// Models bare grains of every shape and measures them against what is asked of the shape
@@ -73,11 +74,11 @@ fn check(folder: &std::path::Path) -> Outcome {
                 grain.diameter_um,
                 grain.faces
             ))?,
-            Err(LibraryError::Refused { problem, .. }) => {
+            Err(FileError::Wrong { problem, .. }) => {
                 refused = true;
                 print(&format!("{name}: refused: {problem}\n"))?;
             }
-            Err(error) => return Err(error.into()),
+            Err(error) => return Err(OwnGrainsError::from(error).into()),
         }
     }
     Ok(refused.then_some(Status::Input))

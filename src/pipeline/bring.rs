@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::{Bed, Run};
 use crate::beds::Order;
-use crate::beds::own_grains::Library;
+use crate::beds::own_grains::OwnGrains;
 use crate::scene::{Packing, Placed, Scene, SceneGeometry, Sides};
 use crate::support::cache::Made;
 use crate::support::error::Error;
@@ -20,7 +20,7 @@ impl Run<'_> {
         &mut self,
         prepared: &Prepared,
         packing: &Packing,
-        library: Option<&Library>,
+        library: Option<&OwnGrains>,
     ) -> Result<Vec<Bed>, Error> {
         // A recipe may be called as the settled bed is.
         self.keeps_inputs(&[&self.of_packing(0, "scene.json")])?;
@@ -52,7 +52,7 @@ impl Run<'_> {
             blender: &blender,
             scene: &prepared.scene,
             packing,
-            library,
+            own_grains: library,
             seeds: &seeds,
             of_first: &extra,
             time_limit: Duration::from_secs(self.options.blender_timeout_s),

@@ -12,7 +12,7 @@ use std::path::{Component, Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use crate::beds::own_grains::{self, Library};
+use crate::beds::own_grains::{self, OwnGrains};
 use crate::geometry::ingest;
 use crate::pipeline::record::{Output, Record, Stage};
 use crate::scene::shipped::{self, COVERAGES};
@@ -232,7 +232,7 @@ impl<'a> Run<'a> {
     }
 
     /// The user's grains of a packing; those of `--grains` take the place of the shapes that they are of.
-    fn library(&mut self, scene: &mut Scene) -> Result<Option<Library>, Error> {
+    fn library(&mut self, scene: &mut Scene) -> Result<Option<OwnGrains>, Error> {
         let folder = scene.folder().to_owned();
         let SceneGeometry::Packing(packing) = &mut scene.geometry else {
             return match self.options.grains {
@@ -241,10 +241,10 @@ impl<'a> Run<'a> {
             };
         };
         if let Some(folder) = &self.options.grains {
-            own_grains::stand_in(packing, folder)?;
+            own_grains::replace_shapes(packing, folder)?;
         }
-        let library = Library::of(packing, &folder)?;
-        for file in library.iter().flat_map(Library::files) {
+        let library = OwnGrains::of(packing, &folder)?;
+        for file in library.iter().flat_map(OwnGrains::files) {
             let sum = output::sha256_hex(&file)?;
             self.record.inputs.insert(file.display().to_string(), sum);
         }

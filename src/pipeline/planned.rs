@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::results::{program, ready};
 use super::{Bed, Run};
-use crate::beds::own_grains::Library;
+use crate::beds::own_grains::OwnGrains;
 use crate::report::terminal;
 use crate::scene::{Collision, Packing, SceneGeometry};
 use crate::signature;
@@ -38,7 +38,7 @@ impl Run<'_> {
         &mut self,
         prepared: &Prepared,
         packing: &Packing,
-        library: Option<&Library>,
+        library: Option<&OwnGrains>,
     ) -> Result<(Vec<Bed>, Vec<Table>, Plan), Error> {
         let tolerance = self.options.tolerance;
         let begun = self.record.stages.len();

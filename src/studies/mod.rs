@@ -1,4 +1,4 @@
-//! Studies of the method itself: error against time, and where the method fails.
+//! Studies of the method: error against time, and the limits where it fails.
 
 pub mod chart;
 pub mod stress;

@@ -74,6 +74,11 @@ pub fn keeps(
     Ok(())
 }
 
+/// Makes a temporary folder, which is removed when it is dropped.
+pub fn temporary() -> Result<tempfile::TempDir, OutputError> {
+    tempfile::Builder::new().prefix("soilsig-").tempdir().map_err(at(&std::env::temp_dir()))
+}
+
 /// Makes a folder and its parents.
 pub fn folder(path: &Path) -> Result<(), OutputError> {
     fs::create_dir_all(path).map_err(at(path))

@@ -80,7 +80,7 @@ fn the_check_names_what_is_wrong_with_a_grain_and_where() {
         ("unit", &millimetres, &class, "is its unit the micrometre?"),
         ("class", &sound, &wrong_class, "unknown variant `grain_700`, expected one of `fine_35`"),
         ("version", &sound, &wrong_version, "version 2 is not known"),
-        ("no good", &sound, &class, "a grain's name is up to 40 letters"),
+        ("no good", &sound, &class, "a grain's name has at most 40 characters"),
         ("nothing", &String::new(), &class, "it has no faces"),
         ("numbers", &sound.replace("v 300", "v nan"), &class, "not finite"),
     ] {
@@ -103,10 +103,10 @@ fn a_mesh_without_its_json_is_refused_and_a_scene_beside_it_is_no_grain() {
     fs::remove_file(folder.join("stone.json")).expect("removed");
     let run = place.soilsig(&["grains", "check", "grains"]).output().expect("it runs");
     let said = String::from_utf8_lossy(&run.stdout);
-    assert!(said.contains("stone: refused: No such file"), "{said}");
+    assert!(said.contains("stone: refused: stone.json is missing"), "{said}");
     fs::remove_file(folder.join("stone.obj")).expect("removed");
     let run = place.soilsig(&["grains", "check", "grains"]).output().expect("it runs");
-    assert!(String::from_utf8_lossy(&run.stderr).contains("there is no grain"));
+    assert!(String::from_utf8_lossy(&run.stderr).contains("the folder has no grain"));
 }
 
 #[test]
@@ -123,9 +123,9 @@ fn what_is_wrong_with_a_library_is_known_before_blender_is_looked_for() {
     };
     let small = shipped("small.json");
     let with = ["--scene", &small, "--grains", "grains"];
-    fails(&with, 3, &["cannot read the grains in"]);
+    fails(&with, 3, &["cannot read grains"]);
     put(&place.path("grains"), "stone", &octahedron(0.0), &about("fine_35"));
-    fails(&with, 3, &["none of the grains stands for a shape", "size classes fine_35"]);
+    fails(&with, 3, &["no grain has a size class of the scene", "size classes fine_35"]);
     put(&place.path("grains"), "stone", "f 1 2 3\n", &about("grain_500"));
     fails(&with, 3, &["stone.obj: ", "soilsig grains check"]);
     let placed = shipped("settled_patch.json");
@@ -148,12 +148,12 @@ fn what_is_wrong_with_a_library_is_known_before_blender_is_looked_for() {
     scene["geometry"]["packing"]["library"] = json!("grains");
     scene["geometry"]["packing"]["grains"][0]["shape"] = json!({"library": ["pebble"]});
     fs::write(place.path("own.json"), scene.to_string()).expect("written");
-    fails(&["--scene", "own.json"], 3, &["pebble.json", "No such file"]);
+    fails(&["--scene", "own.json"], 3, &["pebble.json is missing"]);
     put(&place.path("others"), "rock", &octahedron(0.0), &about("grain_640"));
     fails(
         &["--scene", "own.json", "--grains", "others"],
         3,
-        &["others", "of its own library grains"],
+        &["others", "already uses grains of grains"],
     );
     scene["geometry"]["packing"]["grains"][0]["shape"] = json!("grain_700");
     fs::write(place.path("own.json"), scene.to_string()).expect("written");
@@ -171,7 +171,7 @@ fn ribs_go_with_the_shapes_that_grains_stand_for_and_are_not_written_unless_aske
     let scene = Scene::parse(&scene.to_string(), Path::new("small.json")).expect("sound");
     let SceneGeometry::Packing(mut packing) = scene.geometry else { panic!("a recipe") };
     put(&place.path("grains"), "stone", &octahedron(0.0), &about("grain_500"));
-    own_grains::stand_in(&mut packing, &place.path("grains")).expect("it fits");
+    own_grains::replace_shapes(&mut packing, &place.path("grains")).expect("it fits");
     let written = serde_json::to_value(&packing).expect("plain data");
     let ribs = |kind: &str, i: usize| written[kind][i].get("ribs").cloned();
     assert_eq!(written["grains"][0]["shape"], json!({"library": ["stone"]}));

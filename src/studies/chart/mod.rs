@@ -1,8 +1,8 @@
-//! Error against time: what each knob that trades one for the other buys on a scene.
+//! Error against time, for each setting of a scene that trades one for the other.
 //!
-//! A *level* is a way to model the scene, a *setting* how much work is put into it. Each setting is run several times with
-//! other seeds. Its error is taken against a reference of yet other seeds; what remains of it in the mean of the
-//! runs is the level's bias.
+//! A *level* is a way to model the scene. A *setting* is an amount of work for it. Each setting is
+//! run several times with different seeds. Its error is taken against a reference with other seeds.
+//! The error of the mean of the runs is the level's bias.
 
 mod packings;
 mod patch;
@@ -13,7 +13,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
-use nix::sys::resource::{Usage, UsageWho, getrusage};
+use nix::sys::resource::{UsageWho, getrusage};
+use nix::sys::time::TimeVal;
 
 use crate::draw::plot;
 use crate::support::error::Error;
@@ -24,46 +25,46 @@ pub use packings::{Maker, packings};
 pub use patch::patch;
 pub use rows::{BesideError, beside, csv};
 
-/// Runs behind each setting, at least.
+/// The least number of runs of a setting.
 pub const REPEATS: usize = 10;
 
-/// How long something took, seconds.
+/// A duration, seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Took {
-    /// As the user waits.
+    /// Wall time.
     pub wall_s: f64,
-    /// Of all threads, and of all Blenders that were started.
+    /// CPU time of all threads and all Blenders.
     pub cpu_s: f64,
 }
 
 /// One run of a setting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
-    /// What it took.
+    /// Its time.
     pub took: Took,
     /// The emissivity in each band.
     pub emissivity: Vec<f64>,
 }
 
-/// What is taken for the truth.
+/// The result that is taken for the truth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
-    /// What it was made of, in words.
+    /// How it was made, in words.
     pub made_of: String,
     /// The emissivity in each band.
     pub emissivity: Vec<f64>,
-    /// Its standard error in each band: no smaller error can be told.
+    /// Its standard error in each band. Smaller errors cannot be measured.
     pub standard_error: Vec<f64>,
 }
 
-/// What a setting costs and what it is off by, in emissivity.
+/// The time of a setting and its error of emissivity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
-    /// The way the scene is modelled.
+    /// The way to model the scene.
     pub level: String,
-    /// How much work is put into it.
+    /// The amount of work.
     pub setting: String,
-    /// Runs.
+    /// The number of runs.
     pub repeats: usize,
     /// Medians over the runs.
     pub took: Took,
@@ -71,123 +72,103 @@ pub struct Setting {
     pub rms: f64,
     /// Root mean square over the runs in the band where it is greatest.
     pub worst: f64,
-    /// What of `rms` is no noise: the root mean square over bands of the runs' mean error, less what the noise adds to it.
+    /// The part of `rms` that is no noise: the root mean square over bands of the runs' mean error,
+    /// minus the contribution of noise.
     pub bias: f64,
-    /// Where it was measured elsewhere: what its own reference can tell, as root mean square and in the worst band. Such
-    /// a setting is charted, but never chosen.
+    /// For a setting measured elsewhere: the standard error of its own reference, as root mean
+    /// square and in the worst band. Such a setting is charted, but never chosen.
     pub elsewhere: Option<[f64; 2]>,
 }
 
-/// The settings of a scene, measured.
+/// The measured settings of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trade {
     /// The scene's name.
     pub scene: String,
-    /// What errors are taken against.
+    /// The reference of the errors.
     pub reference: Reference,
-    /// What was measured, by level.
+    /// The settings, by level.
     pub settings: Vec<Setting>,
 }
 
-/// Runs something and says how long it took.
+/// Runs something and measures its time.
 fn timed<T>(run: impl FnOnce() -> Result<T, Error>) -> Result<(T, Took), Error> {
-    let cpu_s = || {
-        let of = |who| getrusage(who).map_or(0.0, |usage: Usage| seconds(&usage));
-        of(UsageWho::RUSAGE_SELF) + of(UsageWho::RUSAGE_CHILDREN)
-    };
+    let seconds = |time: TimeVal| time.tv_sec() as f64 + time.tv_usec() as f64 * 1e-6;
+    let of =
+        |who| getrusage(who).map_or(0.0, |u| seconds(u.user_time()) + seconds(u.system_time()));
+    let cpu_s = || of(UsageWho::RUSAGE_SELF) + of(UsageWho::RUSAGE_CHILDREN);
     let (wall, cpu) = (Instant::now(), cpu_s());
     let done = run()?;
     Ok((done, Took { wall_s: wall.elapsed().as_secs_f64(), cpu_s: cpu_s() - cpu }))
 }
 
-fn seconds(usage: &Usage) -> f64 {
-    let of = |time: nix::sys::time::TimeVal| time.tv_sec() as f64 + time.tv_usec() as f64 * 1e-6;
-    of(usage.user_time()) + of(usage.system_time())
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
     let n = values.len();
     f64::midpoint(values[(n - 1) / 2], values[n / 2])
 }
 
-fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
-    let n = values.len() as f64;
-    (values.map(|x| x * x).sum::<f64>() / n).sqrt()
-}
-
 impl Setting {
-    /// What runs of a setting say.
+    /// Evaluates the runs of a setting.
     ///
     /// # Panics
     /// Without a run.
     pub fn of(level: &str, setting: String, runs: &[Run], reference: &Reference) -> Self {
-        let n = runs.len() as f64;
-        let bands = reference.emissivity.len();
-        let mut squares = vec![0.0; bands];
-        let mut means = vec![0.0; bands];
-        for run in runs {
-            for (band, truth) in reference.emissivity.iter().enumerate() {
-                let error = run.emissivity[band] - truth;
-                squares[band] += error * error / n;
-                means[band] += error / n;
-            }
+        let (n, bands) = (runs.len() as f64, reference.emissivity.len() as f64);
+        let (mut squares, mut of_bias) = (Vec::new(), 0.0);
+        for (band, truth) in reference.emissivity.iter().enumerate() {
+            let errors = || runs.iter().map(|run| run.emissivity[band] - truth);
+            let (square, mean) =
+                (errors().map(|e| e * e).sum::<f64>() / n, errors().sum::<f64>() / n);
+            // The square of a mean of n errors contains their variance / n.
+            of_bias += mean * mean - (square - mean * mean) / (n - 1.0).max(1.0);
+            squares.push(square);
         }
-        // The square of a mean of n errors holds their variance / n.
-        let of_bias = squares.iter().zip(&means).map(|(square, mean)| {
-            let variance = (square - mean * mean) / (n - 1.0).max(1.0);
-            mean * mean - variance
-        });
-        let bias = (of_bias.sum::<f64>() / bands as f64).max(0.0).sqrt();
         Self {
             level: level.into(),
             setting,
             repeats: runs.len(),
             took: Took {
-                wall_s: median(runs.iter().map(|run| run.took.wall_s).collect()),
-                cpu_s: median(runs.iter().map(|run| run.took.cpu_s).collect()),
+                wall_s: median(runs.iter().map(|run| run.took.wall_s)),
+                cpu_s: median(runs.iter().map(|run| run.took.cpu_s)),
             },
-            rms: (squares.iter().sum::<f64>() / bands as f64).sqrt(),
-            worst: squares.iter().copied().fold(0.0, f64::max).sqrt(),
-            bias,
+            rms: (squares.iter().sum::<f64>() / bands).sqrt(),
+            worst: squares.into_iter().fold(0.0, f64::max).sqrt(),
+            bias: (of_bias / bands).max(0.0).sqrt(),
             elsewhere: None,
         }
     }
 }
 
 impl Reference {
-    /// Below this root mean square no error can be told.
+    /// The root mean square of the standard errors. Smaller errors cannot be measured.
     pub fn floor(&self) -> f64 {
-        root_mean_square(self.standard_error.iter().copied())
+        let squares: f64 = self.standard_error.iter().map(|error| error * error).sum();
+        (squares / self.standard_error.len() as f64).sqrt()
     }
 
-    /// The same in the band where it is greatest.
+    /// The largest standard error of a band.
     pub fn worst_floor(&self) -> f64 {
         self.standard_error.iter().copied().fold(0.0, f64::max)
     }
 }
 
 impl Trade {
-    /// What was measured here, against the reference.
-    fn own(&self) -> impl Iterator<Item = &Setting> {
-        self.settings.iter().filter(|setting| setting.elsewhere.is_none())
-    }
-
     /// The cheapest setting whose 95 % interval is within a tolerance in the worst band.
     pub fn chosen(&self, tolerance: f64) -> Option<&Setting> {
-        let enough = |setting: &&Setting| T_95 * setting.worst <= tolerance;
-        self.own().filter(enough).min_by(|a, b| a.took.cpu_s.total_cmp(&b.took.cpu_s))
+        self.front().into_iter().find(|setting| T_95 * setting.worst <= tolerance)
     }
 
-    /// Settings that none other beats in both time and error, cheapest first.
+    /// The settings measured here without a better one in both time and error, cheapest first.
     pub fn front(&self) -> Vec<&Setting> {
-        let mut all: Vec<&Setting> = self.own().collect();
+        let mut all: Vec<_> = self.settings.iter().filter(|s| s.elsewhere.is_none()).collect();
         all.sort_by(|a, b| a.took.cpu_s.total_cmp(&b.took.cpu_s));
         let mut least = f64::INFINITY;
         all.retain(|setting| {
-            let better = setting.worst < least;
+            let is_better = setting.worst < least;
             least = least.min(setting.worst);
-            better
+            is_better
         });
         all
     }
@@ -204,7 +185,7 @@ impl Trade {
     }
 }
 
-/// The processor, how many threads were used, and the program's version.
+/// The processor, the number of threads, and the program's version.
 fn machine() -> String {
     let cpu = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
         let line = text.lines().find(|line| line.starts_with("model name"))?;
@@ -218,10 +199,10 @@ fn machine() -> String {
     )
 }
 
-/// What a chart shows.
+/// A chart in words.
 pub fn in_words(trade: &Trade, tolerance: f64) -> String {
     let mut text = format!(
-        "{}: errors against {}; below {:.1e} none can be told\n",
+        "{}: errors against {}; errors below {:.1e} cannot be measured\n",
         trade.scene,
         trade.reference.made_of,
         trade.reference.worst_floor()
@@ -235,7 +216,7 @@ pub fn in_words(trade: &Trade, tolerance: f64) -> String {
     }
     let _ = match trade.chosen(tolerance) {
         Some(s) => writeln!(text, "  the cheapest within {tolerance}: {}, {}", s.level, s.setting),
-        None => writeln!(text, "  none of them is within {tolerance}"),
+        None => writeln!(text, "  no setting is within {tolerance}"),
     };
     text
 }
@@ -250,13 +231,13 @@ mod tests {
     }
 
     #[test]
-    fn bias_is_told_from_noise() {
+    fn bias_is_separated_from_noise() {
         let reference = Reference {
             made_of: String::new(),
             emissivity: vec![0.5, 0.9],
             standard_error: vec![0.0; 2],
         };
-        // The first band is off by .1 in each run, the second by +-.02.
+        // The first band has an error of .1 in each run, the second of +-.02.
         let runs: Vec<Run> =
             (0..10).map(|i| run([0.6, if i % 2 == 0 { 0.92 } else { 0.88 }])).collect();
         let setting = Setting::of("level", "1".into(), &runs, &reference);
@@ -269,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn the_front_holds_what_nothing_beats_and_the_choice_is_its_cheapest_that_does() {
+    fn the_choice_is_the_cheapest_setting_of_the_front_within_the_tolerance() {
         let setting = |cpu_s, worst| Setting {
             level: "level".into(),
             setting: String::new(),

@@ -1,4 +1,4 @@
-//! The settings of a packing: how its beds are made, and how many of them.
+//! The settings of a packing: the ways to make its beds, and their number.
 
 use std::path::Path;
 use std::time::Duration;
@@ -7,172 +7,78 @@ use rayon::prelude::*;
 
 use super::{REPEATS, Reference, Run, Setting, Took, Trade, timed};
 use crate::beds::Order;
-use crate::beds::own_grains::Library;
+use crate::beds::own_grains::OwnGrains;
 use crate::blender::Blender;
 use crate::scene::{Collision, Fines, Grid, Packing, Scene, SceneGeometry};
 use crate::signature;
 use crate::support::cache::Cache;
 use crate::support::error::Error;
 use crate::support::monitor::{Monitor, Silently, Step};
-use crate::support::random;
-use crate::table::{Prepared, Table, Target};
+use crate::support::{output, random};
+use crate::table::{Prepared, Table, TableMaterial, Target};
 use crate::tracer::trace::{self, Request};
 
-/// Half-width to which the rays of each bed are traced: little against what beds differ by.
+/// The tolerance of the rays of each bed: small compared with the spread between beds.
 const RAYS: f64 = 0.004;
 /// Beds of the reference.
 const REFERENCE: usize = 48;
-/// Seeds of the reference lie beyond those of the settings.
+/// Seeds of the reference are not among those of the settings.
 const REFERENCE_SEED: u64 = 1 << 40;
-/// The most packings of which a mean is charted: as given and of fines that touch, and of levels that are cheap.
+/// The most beds in a mean.
 const MOST: usize = 8;
-const MOST_OF_LEVEL: usize = 4;
+/// The same for some of the cheap levels.
+const SOME: usize = 4;
 
-/// What the beds of a chart are made by.
+/// How the beds of a chart are made.
 pub struct Maker<'a> {
     /// The Blender that drops them.
     pub blender: &'a Blender,
     /// The bands.
     pub grid: &'a Grid,
-    /// Longest that a Blender may take for a bed.
+    /// Time limit for each bed.
     pub time_limit: Duration,
-    /// Whoever watches and may stop it.
+    /// Watches the work and can stop it.
     pub monitor: &'a dyn Monitor,
 }
 
 /// Beds of one recipe.
 struct Pool {
     tables: Vec<Table>,
-    /// What one of them took, where many are made.
+    /// Time for each of many.
     each: Took,
 }
 
-/// A level: its name, its beds, and what it changes in the recipe.
+/// A level: its name, the most beds in a mean, its change of the recipe.
 type Level = (&'static str, usize, fn(&mut Packing));
 
-/// Measures the settings of a packing.
-///
-/// Nothing comes from a cache, since it is timed.
-pub fn packings(
-    scene: &Scene,
-    packing: &Packing,
-    maker: &Maker,
-    quick: bool,
-) -> Result<Trade, Error> {
-    let told = |what: &str| maker.monitor.say(&format!("measuring: {what}"));
-    let prepared = Prepared::new(scene.clone(), &maker.grid.wavelengths_um())?;
-    let fewest = REPEATS;
-    let many = |most: usize| if quick { fewest } else { fewest * most };
-    told("reference");
-    let contact = |packing: &mut Packing| packing.drop.collision = Collision::HullThenFines;
-    let truth = maker.pool(&prepared, packing, REFERENCE, REFERENCE_SEED, &contact)?;
-    let bands = truth.tables[0].reflectances(&maker.grid.wavelengths_um())?;
-    let estimates: Vec<_> =
-        bands.iter().map(|rho| signature::emissivity(&truth.tables, rho)).collect();
-    let reference = Reference {
-        made_of: format!("{REFERENCE} beds of other seeds whose fines touch (`hull_then_fines`)"),
-        emissivity: estimates.iter().map(|e| e.mean).collect(),
-        standard_error: estimates.iter().map(|e| e.standard_error).collect(),
-    };
-    let mut settings = Vec::new();
-    let mut put = |level: &str, pool: &Pool, bands: &[Vec<f64>]| {
-        let of_each: Vec<Vec<f64>> = pool
-            .tables
-            .par_iter()
-            .map(|table| bands.iter().map(|rho| 1.0 - table.weight(rho).mean).collect())
-            .collect();
-        for number in (0..).map(|power| 1 << power) {
-            let groups = of_each.len() / number;
-            if groups < REPEATS {
-                break;
-            }
-            let took = Took {
-                wall_s: pool.each.wall_s * number as f64,
-                cpu_s: pool.each.cpu_s * number as f64,
-            };
-            let mean = |group: &[Vec<f64>]| {
-                let of = |band| group.iter().map(|bed| bed[band]).sum::<f64>() / number as f64;
-                (0..bands.len()).map(of).collect()
-            };
-            let runs: Vec<Run> =
-                of_each.chunks_exact(number).map(|g| Run { took, emissivity: mean(g) }).collect();
-            let beds = if number == 1 { "1 bed".into() } else { format!("{number} beds") };
-            settings.push(Setting::of(level, beds, &runs, &reference));
-        }
-    };
-    told("as given");
-    let shipped = maker.pool(&prepared, packing, many(MOST), packing.seed, &|_| ())?;
-    put("as given", &shipped, &bands);
-    let share = silhouette(&shipped.tables[0]);
-    let levels: [Level; 12] = [
-        ("half the tray", many(MOST_OF_LEVEL), |packing| widen(packing, 0.5)),
-        ("twice the tray", fewest, |packing| widen(packing, 2.0)),
-        ("half the grains in the tray", fewest, thin),
-        ("no rim left out", fewest, |packing| packing.crop_um = 0.0),
-        ("half the rim left out", fewest, |packing| packing.crop_um /= 2.0),
-        ("4 substeps", fewest, |packing| packing.drop.substeps = 4),
-        ("10 substeps", fewest, |packing| packing.drop.substeps = 10),
-        ("1 variant of a grain", fewest, |packing| packing.variants = 1),
-        ("fewest facets of fines", fewest, |packing| {
-            packing.fines.iter_mut().for_each(|class| class.ribs = Some(0));
-        }),
-        ("most facets of fines", fewest, |packing| {
-            packing.fines.iter_mut().for_each(|class| class.ribs = Some(2));
-        }),
-        ("fewest facets of grains", fewest, |packing| {
-            packing.grains.iter_mut().for_each(|class| class.ribs = Some(0));
-        }),
-        ("fines touch", many(MOST), |packing| packing.drop.collision = Collision::HullThenFines),
-    ];
-    for (level, beds, edit) in levels {
-        told(level);
-        match maker.pool(&prepared, packing, beds, packing.seed, &edit) {
-            Ok(made) => put(level, &made, &bands),
-            Err(error) if error.is_interruption() => return Err(error),
-            // What cannot be dropped has no place in the chart.
-            Err(error) => told(&format!("{level} is left out: {error}")),
-        }
-    }
-    // Without fines the grains' facets have the emissivity of what their silhouettes would show.
-    told("fines as an areal mixture");
-    let bare = |packing: &mut Packing| {
-        packing.grains.iter_mut().for_each(|class| class.fines = Fines::Count(0));
-    };
-    let bare = maker.pool(&prepared, packing, many(MOST_OF_LEVEL), packing.seed, &bare)?;
-    let grains: Vec<usize> =
-        packing.grains.iter().filter_map(|class| scene.material_index(&class.material)).collect();
-    let cosines = usize::from(truth.tables[0].histogram.kept.cosines);
-    let mixed: Vec<_> = bands.iter().map(|rho| mixed(rho, cosines, &share, &grains)).collect();
-    put("fines as an areal mixture", &bare, &mixed);
-    Ok(Trade { scene: scene.name.clone(), reference, settings })
+const LEVELS: [Level; 12] = [
+    ("half the tray", SOME, |packing| widen(packing, 0.5)),
+    ("twice the tray", 1, |packing| widen(packing, 2.0)),
+    ("half the grains in the tray", 1, |packing| {
+        packing.grains.iter_mut().for_each(|class| class.count = class.count.div_ceil(2));
+    }),
+    ("no rim left out", 1, |packing| packing.crop_um = 0.0),
+    ("half the rim left out", 1, |packing| packing.crop_um /= 2.0),
+    ("4 substeps", 1, |packing| packing.drop.substeps = 4),
+    ("10 substeps", 1, |packing| packing.drop.substeps = 10),
+    ("1 variant of a grain", 1, |packing| packing.variants = 1),
+    ("fewest facets of fines", 1, |packing| {
+        packing.fines.iter_mut().for_each(|class| class.ribs = Some(0));
+    }),
+    ("most facets of fines", 1, |packing| {
+        packing.fines.iter_mut().for_each(|class| class.ribs = Some(2));
+    }),
+    ("fewest facets of grains", 1, |packing| {
+        packing.grains.iter_mut().for_each(|class| class.ribs = Some(0));
+    }),
+    ("fines touch", MOST, touch),
+];
+
+fn touch(packing: &mut Packing) {
+    packing.drop.collision = Collision::HullThenFines;
 }
 
-/// The share of each material in the silhouettes of the grains, in their mean.
-fn silhouette(table: &Table) -> Vec<f64> {
-    let prototypes = table.coverage.len() as f64;
-    table
-        .materials
-        .iter()
-        .map(|material| {
-            let of = |cover: &crate::table::cover::Cover| {
-                cover.silhouette.get(&material.name).copied().unwrap_or(0.0)
-            };
-            table.coverage.values().map(of).sum::<f64>() / prototypes
-        })
-        .collect()
-}
-
-/// Reflectances, of so many bins of cosines for each material, with those of grains mixed by shares of the materials.
-fn mixed(rho: &[f64], cosines: usize, share: &[f64], grains: &[usize]) -> Vec<f64> {
-    let of = |symbol: usize| {
-        let of_materials = rho.iter().skip(symbol % cosines).step_by(cosines);
-        share.iter().zip(of_materials).map(|(share, rho)| share * rho).sum()
-    };
-    let is_grain = |symbol: usize| grains.contains(&(symbol / cosines));
-    (0..rho.len()).map(|i| if is_grain(i) { of(i) } else { rho[i] }).collect()
-}
-
-/// As many times the area of the tray within its rim, and of the grains.
+/// Multiplies the area of the tray and the number of grains.
 fn widen(packing: &mut Packing, factor: f64) {
     for length in &mut packing.tray_um {
         *length *= factor.sqrt();
@@ -182,39 +88,122 @@ fn widen(packing: &mut Packing, factor: f64) {
     }
 }
 
-/// Half the depth.
-fn thin(packing: &mut Packing) {
-    for class in &mut packing.grains {
-        class.count = class.count.div_ceil(2);
+/// Measures the settings of a packing. Nothing comes from a cache, because the work is timed.
+pub fn packings(
+    scene: &Scene,
+    packing: &Packing,
+    maker: &Maker,
+    quick: bool,
+) -> Result<Trade, Error> {
+    let say = |what: &str| maker.monitor.say(&format!("measuring: {what}"));
+    let prepared = Prepared::new(scene.clone(), &maker.grid.wavelengths_um())?;
+    let beds = |most: usize| if quick { REPEATS } else { REPEATS * most };
+    say("reference");
+    let truth = maker.pool(&prepared, packing, REFERENCE, REFERENCE_SEED, touch)?;
+    let bands = truth.tables[0].reflectances(&maker.grid.wavelengths_um())?;
+    let estimates: Vec<_> =
+        bands.iter().map(|rho| signature::emissivity(&truth.tables, rho)).collect();
+    let reference = Reference {
+        made_of: format!("{REFERENCE} beds of other seeds whose fines touch (`hull_then_fines`)"),
+        emissivity: estimates.iter().map(|e| e.mean).collect(),
+        standard_error: estimates.iter().map(|e| e.standard_error).collect(),
+    };
+    let mut settings = Vec::new();
+    say("as given");
+    let given = maker.pool(&prepared, packing, beds(MOST), packing.seed, |_| ())?;
+    settings.extend(given.settings("as given", &bands, &reference));
+    for (level, most, change) in LEVELS {
+        say(level);
+        match maker.pool(&prepared, packing, beds(most), packing.seed, change) {
+            Ok(pool) => settings.extend(pool.settings(level, &bands, &reference)),
+            Err(error) if error.is_interruption() => return Err(error),
+            // A level that cannot be dropped is left out of the chart.
+            Err(error) => say(&format!("{level} is left out: {error}")),
+        }
+    }
+    // Without fines, the facets of grains have the mean emissivity of the dusty grains'
+    // silhouettes.
+    let level = "fines as an areal mixture";
+    say(level);
+    let bare = maker.pool(&prepared, packing, beds(SOME), packing.seed, |packing| {
+        packing.grains.iter_mut().for_each(|class| class.fines = Fines::Count(0));
+    })?;
+    let share = silhouette(&given.tables[0]);
+    let grains: Vec<usize> =
+        packing.grains.iter().filter_map(|class| scene.material_index(&class.material)).collect();
+    let cosines = usize::from(truth.tables[0].histogram.kept.cosines);
+    let mixed: Vec<_> = bands.iter().map(|rho| mixed(rho, cosines, &share, &grains)).collect();
+    settings.extend(bare.settings(level, &mixed, &reference));
+    Ok(Trade { scene: scene.name.clone(), reference, settings })
+}
+
+impl Pool {
+    /// A setting for each number of beds in a mean: 1, 2, 4 and so on.
+    fn settings(&self, level: &str, bands: &[Vec<f64>], reference: &Reference) -> Vec<Setting> {
+        let of_bed = |table: &Table| {
+            bands.iter().map(|rho| 1.0 - table.weight(rho).mean).collect::<Vec<_>>()
+        };
+        let of_each: Vec<_> = self.tables.par_iter().map(of_bed).collect();
+        let numbers = (0..).map(|power| 1 << power);
+        let numbers = numbers.take_while(|number| of_each.len() / number >= REPEATS);
+        let of_number = |number: usize| {
+            let n = number as f64;
+            let took = Took { wall_s: self.each.wall_s * n, cpu_s: self.each.cpu_s * n };
+            let run = |group: &[Vec<f64>]| {
+                let mean = |band| group.iter().map(|bed| bed[band]).sum::<f64>() / n;
+                Run { took, emissivity: (0..bands.len()).map(mean).collect() }
+            };
+            let runs: Vec<Run> = of_each.chunks_exact(number).map(run).collect();
+            let beds = if number == 1 { "1 bed".into() } else { format!("{number} beds") };
+            Setting::of(level, beds, &runs, reference)
+        };
+        numbers.map(of_number).collect()
     }
 }
 
+/// The mean share of each material in the silhouettes of the grains.
+fn silhouette(table: &Table) -> Vec<f64> {
+    let share = |material: &TableMaterial| {
+        let of_each = table.coverage.values().filter_map(|c| c.silhouette.get(&material.name));
+        of_each.sum::<f64>() / table.coverage.len() as f64
+    };
+    table.materials.iter().map(share).collect()
+}
+
+/// Reflectances by material and bin of cosines, where grains get the mean over the shares of all
+/// materials.
+fn mixed(rho: &[f64], cosines: usize, share: &[f64], grains: &[usize]) -> Vec<f64> {
+    let of = |symbol: usize| {
+        let of_materials = rho.iter().skip(symbol % cosines).step_by(cosines);
+        share.iter().zip(of_materials).map(|(share, rho)| share * rho).sum()
+    };
+    let is_grain = |symbol: usize| grains.contains(&(symbol / cosines));
+    (0..rho.len()).map(|i| if is_grain(i) { of(i) } else { rho[i] }).collect()
+}
+
 impl Maker<'_> {
-    /// Drops and traces beds of an edited recipe.
+    /// Drops and traces beds of a changed recipe.
     fn pool(
         &self,
         prepared: &Prepared,
         packing: &Packing,
         beds: usize,
         seed: u64,
-        edit: &dyn Fn(&mut Packing),
+        change: fn(&mut Packing),
     ) -> Result<Pool, Error> {
         let mut packing = packing.clone();
-        edit(&mut packing);
+        change(&mut packing);
         let geometry = SceneGeometry::Packing(packing.clone());
         let scene = Scene { geometry, ..prepared.scene.clone() };
-        let library = Library::of(&packing, scene.folder())?;
+        let library = OwnGrains::of(&packing, scene.folder())?;
         let seeds: Vec<u64> = (0..beds).map(|i| random::seed_of(seed, i)).collect();
-        let folder = tempfile::tempdir().map_err(|source| crate::support::output::OutputError {
-            path: std::env::temp_dir(),
-            source,
-        })?;
+        let folder = output::temporary()?;
         let cache = Cache::new(folder.path().to_owned());
         let order = Order {
             blender: self.blender,
             scene: &scene,
             packing: &packing,
-            library: library.as_ref(),
+            own_grains: library.as_ref(),
             seeds: &seeds,
             of_first: &[],
             time_limit: self.time_limit,

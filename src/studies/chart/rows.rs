@@ -1,10 +1,11 @@
-//! `chart.csv`: a row for each setting, as it is written and as settings measured elsewhere are read.
+//! `chart.csv`: a row for each setting, written here and read for settings measured elsewhere.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::{Reference, Setting, Took};
 use crate::support::csv::{Csv, decimals};
 use crate::support::error::Failure;
+use crate::support::file_error::FileError;
 
 const HEADINGS: [&str; 10] = [
     "level",
@@ -18,41 +19,17 @@ const HEADINGS: [&str; 10] = [
     "reference_rms",
     "reference_worst_band",
 ];
-/// Where the numbers of seconds and errors begin.
-const FIRST_NUMBER: usize = 3;
 
 /// Settings measured elsewhere cannot be used.
 #[derive(Debug, thiserror::Error)]
-pub enum BesideError {
-    /// The file cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// A line of the file is wrong.
-    #[error("{}, line {line}: {problem}", path.display())]
-    Form {
-        /// The file.
-        path: PathBuf,
-        /// The line, from 1.
-        line: u64,
-        /// What is wrong there.
-        problem: String,
-    },
-}
+#[error(transparent)]
+pub struct BesideError(#[from] FileError);
 
 impl Failure for BesideError {
     fn hint(&self) -> Option<String> {
         let columns = HEADINGS.join(",");
-        match self {
-            Self::Read { .. } => None,
-            Self::Form { .. } => {
-                Some(format!("a file beside the chart has the columns of chart.csv: {columns}"))
-            }
-        }
+        matches!(self.0, FileError::Wrong { .. })
+            .then(|| format!("the file needs the columns of chart.csv: {columns}"))
     }
 }
 
@@ -68,20 +45,19 @@ pub fn csv(settings: &[Setting], reference: &Reference) -> String {
     csv.text()
 }
 
-/// Settings that were measured elsewhere, by another program or on another machine.
+/// Reads settings that were measured by another program or on another machine.
 ///
 /// # Errors
-/// A file that cannot be read or has other columns; a row with a number that none of its kind can be.
+/// A file that cannot be read or has other columns; a row with an invalid number.
 pub fn beside(path: &Path) -> Result<Vec<Setting>, BesideError> {
-    let file = std::fs::File::open(path)
-        .map_err(|source| BesideError::Read { path: path.to_owned(), source })?;
-    let wrong = |line, problem| BesideError::Form { path: path.to_owned(), line, problem };
+    let file = std::fs::File::open(path).map_err(FileError::read(path))?;
+    let wrong = |line, problem: String| FileError::wrong_in_line(path, line, problem);
     let unreadable = |error: csv::Error| {
         wrong(error.position().map_or(1, csv::Position::line), error.to_string())
     };
     let mut reader = csv::Reader::from_reader(std::io::BufReader::new(file));
     if reader.headers().map_err(unreadable)? != HEADINGS.as_slice() {
-        return Err(wrong(1, "the headings are not those of a chart.csv".into()));
+        return Err(wrong(1, "the headings are not those of a chart.csv".into()).into());
     }
     let mut settings = Vec::new();
     for row in reader.records() {
@@ -90,37 +66,35 @@ pub fn beside(path: &Path) -> Result<Vec<Setting>, BesideError> {
         settings.push(setting(&row).map_err(|problem| wrong(line, problem))?);
     }
     if settings.is_empty() {
-        return Err(wrong(1, "there are no rows below the headings".into()));
+        return Err(wrong(1, "there are no rows below the headings".into()).into());
     }
     Ok(settings)
 }
 
 fn setting(row: &csv::StringRecord) -> Result<Setting, String> {
     let wrong = |column: usize, wanted: &str| {
-        format!("{} is {:?} and has to be {wanted}", HEADINGS[column], &row[column])
+        format!("{} is {:?}, not {wanted}", HEADINGS[column], &row[column])
+    };
+    let number = |column: usize| {
+        let read = row[column].parse().ok().filter(|x: &f64| x.is_finite() && *x >= 0.0);
+        read.ok_or_else(|| wrong(column, "a number of 0 or more"))
     };
     if row[0].is_empty() {
         return Err(wrong(0, "a name"));
     }
     let repeats = row[2].parse().ok().filter(|&repeats: &usize| repeats > 0);
-    let mut numbers = [0.0; HEADINGS.len() - FIRST_NUMBER];
-    for (place, number) in numbers.iter_mut().enumerate() {
-        let column = FIRST_NUMBER + place;
-        let read = row[column].parse().ok().filter(|x: &f64| x.is_finite() && *x >= 0.0);
-        *number = read.ok_or_else(|| wrong(column, "a number, not below 0"))?;
-    }
-    let [wall_s, cpu_s, rms, worst, bias, floor, worst_floor] = numbers;
-    if cpu_s == 0.0 {
-        return Err(wrong(4, "above 0"));
+    let took = Took { wall_s: number(3)?, cpu_s: number(4)? };
+    if took.cpu_s == 0.0 {
+        return Err(wrong(4, "a number above 0"));
     }
     Ok(Setting {
         level: row[0].into(),
         setting: row[1].into(),
-        repeats: repeats.ok_or_else(|| wrong(2, "a whole number from 1"))?,
-        took: Took { wall_s, cpu_s },
-        rms,
-        worst,
-        bias,
-        elsewhere: Some([floor, worst_floor]),
+        repeats: repeats.ok_or_else(|| wrong(2, "a whole number of 1 or more"))?,
+        took,
+        rms: number(5)?,
+        worst: number(6)?,
+        bias: number(7)?,
+        elsewhere: Some([number(8)?, number(9)?]),
     })
 }

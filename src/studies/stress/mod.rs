@@ -1,17 +1,18 @@
-//! The atlas of failure: each row drives one thing from where it is harmless to where the method fails, through the
-//! tool's own code, measures the error against a closed form or a finer reference, and notes what the tool says of it.
+//! The atlas of failure. Each row drives one quantity from where it is harmless to where the method
+//! fails. It compares the result with a closed form or a finer reference, and records the tool's
+//! words.
 //!
-//! A row may break; what it may not do is break in silence ([`Row::silent`]). `tests/stress.rs` holds every row to that,
-//! docs/stability.md shows them.
+//! A row may break, but not in silence ([`Row::silent`]): a test holds every row to that.
 //!
-//! | family | module |
+//! | rows | module |
 //! |---|---|
+//! | the words of each row | `rows.csv` |
 //! | Eq. 2, temperatures, reflectance | `equations` |
 //! | units, distance, detail, rays | `precision` |
 //! | meshes, solids, views, patches | `geometry` |
 //! | sampling of spectra, opacity | `spectra` |
-//! | tiny and huge numbers | `counts` |
-//! | the rigid-body drop, in Blender | `bullet` |
+//! | very small and very large numbers | `counts` |
+//! | the rigid-body drop in Blender | `bullet` |
 
 mod bullet;
 mod counts;
@@ -19,196 +20,194 @@ mod equations;
 mod geometry;
 mod page;
 mod precision;
-mod scenes;
+mod shape;
 mod spectra;
+mod stage;
 
 use std::path::Path;
+
+use serde::Deserialize;
+use serde_json::Value;
 
 use crate::support::cache::Cache;
 use crate::support::error::Error;
 use crate::support::monitor::Monitor;
 use crate::table::Target;
 
+use shape::Shape;
+use stage::{Measured, Outcome, Stage};
+
 pub use page::{line, write};
 
-/// How thoroughly rows are swept, and by what.
+/// The settings of all sweeps.
 pub struct Setting<'a> {
-    /// Fewer points and rays: all rows without Blender in some ten seconds.
+    /// Fewer points and rays: all rows without Blender take some ten seconds.
     pub quick: bool,
-    /// Where it is noted which Blenders were asked what they are; results are not kept.
+    /// The cache that remembers Blenders; results are not kept.
     pub cache: &'a Cache,
-    /// The Blender to use, if not the one that is found.
+    /// The Blender to use; `None` searches for one.
     pub blender: Option<&'a Path>,
-    /// Whether rows that need a Blender are left out.
+    /// Whether to leave out the rows that need Blender.
     pub without_blender: bool,
-    /// Whoever may stop it.
+    /// Can stop the sweeps.
     pub monitor: &'a dyn Monitor,
 }
 
-impl Setting<'_> {
-    /// What the rays of a point are to reach.
+impl<'a> Setting<'a> {
+    /// The target of the rays of each point.
     fn target(&self) -> Target {
         Target { max_paths: 1 << 18, ..Target::of(if self.quick { 0.01 } else { 0.005 }) }
     }
 
-    /// All points of a sweep, or every other one with both ends.
-    fn of<T: Copy>(&self, all: &[T]) -> Vec<T> {
-        let kept = |i: usize| !self.quick || i.is_multiple_of(2) || i + 1 == all.len();
-        (0..all.len()).filter(|&i| kept(i)).map(|i| all[i]).collect()
+    /// All values of a sweep, or every other one with both ends.
+    fn values<'v>(&self, all: &'v [f64]) -> impl Iterator<Item = f64> + use<'v> {
+        let (step, last) = (if self.quick { 2 } else { 1 }, all.len() - 1);
+        (0..all.len()).filter(move |i| i.is_multiple_of(step) || *i == last).map(|i| all[i])
+    }
+
+    /// A point for each value of a sweep. `words` mark the tool's line about the failure.
+    fn sweep(
+        &self,
+        all: &[f64],
+        words: &str,
+        measure: impl Fn(f64) -> Result<Measured, Error>,
+    ) -> Result<Vec<Point>, Error> {
+        self.values(all).map(|x| Ok(measure(x)?.at(x, words))).collect()
+    }
+
+    /// Traces a scene around one mesh at 9 um.
+    fn run(&self, scene: Value, mesh: &Shape) -> Result<Outcome, Error> {
+        Stage::new(self, scene, mesh).run()
     }
 }
 
 /// One point of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
-    /// The value of what is swept.
+    /// The swept value.
     pub x: f64,
-    /// Error of the result, in the unit that the row states; `None` where there is none since the tool refused.
+    /// Error of the result, in the unit that the row states; `None` if the tool refused.
     pub error: Option<f64>,
-    /// How far the result claims to be known: half-width of its 95 % interval, or the limit that the row states.
+    /// Half-width of the result's 95 % interval, or the limit that the row states.
     pub claimed: f64,
-    /// What the tool said of it: the line with the row's words.
+    /// The tool's line about the failure.
     pub said: Option<String>,
-    /// The exit status that goes with it.
+    /// The exit status.
     pub status: u8,
 }
 
 impl Point {
-    /// Whether the error is beyond what the result claims: twice its half-width, which chance alone passes once in
-    /// ten thousand points.
+    /// Whether the error is more than twice the half-width, which chance exceeds once in ten
+    /// thousand points.
     pub fn is_broken(&self) -> bool {
         self.error.is_some_and(|error| error > 2.0 * self.claimed)
     }
 
-    /// Whether the tool refused to give a result.
+    /// Whether the tool gave no result.
     pub fn is_refused(&self) -> bool {
         self.error.is_none()
     }
 }
 
-/// What is on the horizontal axis of a row.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Swept {
-    /// Name and unit.
-    pub name: &'static str,
-    /// Whether its axis is logarithmic.
-    pub log: bool,
-}
-
 /// One row of the atlas.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Deserialize)]
 pub struct Row {
     /// Its key: the name of its file and of its test.
-    pub name: &'static str,
+    pub name: String,
     /// Heading.
-    pub title: &'static str,
-    /// What is swept.
-    pub swept: Swept,
-    /// What the error is of, and against what.
-    pub error: &'static str,
-    /// What the tool does about it.
-    pub does: &'static str,
+    pub title: String,
+    /// Name and unit of the swept quantity.
+    pub swept: String,
+    /// Whether the axis of the swept quantity is logarithmic.
+    pub log: bool,
+    /// The quantity of the error, and its reference.
+    pub error: String,
+    /// How the tool handles the failure.
+    pub does: String,
     /// The points, ascending.
+    #[serde(skip)]
     pub points: Vec<Point>,
-    /// Why the row was left out, if it was.
+    /// Why the row was left out.
+    #[serde(skip)]
     pub left_out: Option<String>,
 }
 
 impl Row {
-    /// Where a property holds, in words.
+    /// The values at which a property holds, in words.
     pub fn range(&self, holds: impl Fn(&Point) -> bool) -> String {
         let at: Vec<bool> = self.points.iter().map(holds).collect();
         let x = |i: usize| short(self.points[i].x);
-        let Some(first) = at.iter().position(|&is| is) else { return "nowhere".into() };
-        if at.iter().all(|&is| is) {
-            return "everywhere".into();
-        }
-        let last = at.iter().rposition(|&is| is).expect("there is one");
-        let gap = at.iter().position(|&is| !is).expect("there is one");
+        let ends = |is: bool| {
+            Some((at.iter().position(|&at| at == is)?, at.iter().rposition(|&at| at == is)?))
+        };
+        let Some((first, last)) = ends(true) else { return "nowhere".into() };
+        let Some((first_not, last_not)) = ends(false) else { return "everywhere".into() };
         match (at[0], at[at.len() - 1]) {
             (false, true) => format!("from {}", x(first)),
             (true, false) => format!("up to {}", x(last)),
             (false, false) if first == last => format!("at {}", x(first)),
             (false, false) => format!("{} to {}", x(first), x(last)),
-            (true, true) => {
-                let again = at.iter().rposition(|&is| !is).expect("there is one") + 1;
-                format!("up to {} and from {}", x(gap - 1), x(again))
-            }
+            (true, true) => format!("up to {} and from {}", x(first_not - 1), x(last_not + 1)),
         }
     }
 
-    /// Points at which the result is wrong beyond what it claims, and the tool says nothing.
+    /// Points whose error is beyond what the result claims, without a word of the tool.
     pub fn silent(&self) -> Vec<&Point> {
         self.points.iter().filter(|point| point.is_broken() && point.said.is_none()).collect()
     }
 
-    /// What the tool says where it says most.
+    /// The tool's words at the largest error.
     pub fn says(&self) -> Option<&str> {
+        let size = |p: &Point| p.error.unwrap_or(f64::INFINITY);
         let saying = self.points.iter().filter(|point| point.said.is_some());
-        let worst = saying.max_by(|a, b| {
-            let size = |p: &Point| p.error.unwrap_or(f64::INFINITY);
-            size(a).total_cmp(&size(b))
-        });
-        worst.and_then(|point| point.said.as_deref())
+        saying.max_by(|a, b| size(a).total_cmp(&size(b)))?.said.as_deref()
     }
 }
 
-/// A number in a table.
+/// A number for a table.
 fn short(x: f64) -> String {
     if x == 0.0 || (1e-3..1e5).contains(&x.abs()) { format!("{x}") } else { format!("{x:e}") }
 }
 
-type Make = fn(&Setting) -> Result<Row, Error>;
+type Sweep = fn(&Setting) -> Result<Vec<Point>, Error>;
 
-/// Every row by its name, in the order of the page.
-const ROWS: [(&str, Make); 30] = [
-    ("sky_nears_target", equations::sky_nears_target),
-    ("target_temperature", equations::target_temperature),
-    ("two_temperatures", equations::two_temperatures),
-    ("sky_by_zenith", equations::sky_by_zenith),
-    ("white_cavity", equations::white_cavity),
-    ("units", precision::units),
-    ("distance_in_file", precision::distance_in_file),
-    ("distance_of_instance", precision::distance_of_instance),
-    ("detail", precision::detail),
-    ("slivers", precision::slivers),
-    ("gap", precision::gap),
-    ("facet_in_side", precision::facet_in_side),
-    ("holes", geometry::holes),
-    ("overlap", geometry::overlap),
-    ("coarse_sphere", geometry::coarse_sphere),
-    ("grazing_view", geometry::grazing_view),
-    ("grazing_mirror", geometry::grazing_mirror),
-    ("shallow_bed", geometry::shallow_bed),
-    ("narrow_patch", geometry::narrow_patch),
-    ("christiansen_sampling", spectra::christiansen_sampling),
-    ("reststrahlen_sampling", spectra::reststrahlen_sampling),
-    ("not_opaque", spectra::not_opaque),
-    ("few_paths", counts::few_paths),
-    ("particles_of_field", counts::particles_of_field),
-    ("materials", counts::materials),
-    ("grains_of_recipe", counts::grains_of_recipe),
-    ("bullet_substeps", bullet::substeps),
-    ("bullet_scale", bullet::scale),
-    ("bullet_margin", bullet::margin),
-    ("bullet_gravity", bullet::gravity),
-];
+/// Names functions by themselves.
+macro_rules! sweeps {
+    ($($module:ident: $($name:ident)*;)*) => { &[$($((stringify!($name), $module::$name)),*),*] };
+}
+
+/// The sweep of every row by its name, in the order of the page.
+const SWEEPS: &[(&str, Sweep)] = sweeps! {
+    equations: sky_nears_target target_temperature two_temperatures sky_by_zenith white_cavity;
+    precision: units distance_in_file distance_of_instance detail slivers gap facet_in_side;
+    geometry: holes overlap coarse_sphere grazing_view grazing_mirror shallow_bed narrow_patch;
+    spectra: christiansen_sampling reststrahlen_sampling not_opaque;
+    counts: few_paths particles_of_field materials grains_of_recipe;
+    bullet: bullet_substeps bullet_scale bullet_margin bullet_gravity;
+};
 
 /// The names of all rows, in the order of the page.
 pub fn names() -> impl Iterator<Item = &'static str> {
-    ROWS.iter().map(|(name, _)| *name)
+    SWEEPS.iter().map(|(name, _)| *name)
 }
 
 /// Sweeps a row.
 ///
 /// # Errors
-/// What has nothing to do with the sweep: a temporary folder that cannot be written, an interrupt.
+/// A temporary folder that cannot be written, an interrupt.
 ///
 /// # Panics
 /// If there is no row of that name.
 pub fn row(name: &str, setting: &Setting) -> Result<Row, Error> {
-    let (_, make) = ROWS.iter().find(|(known, _)| *known == name).expect("a row's name");
-    let row = make(setting)?;
-    assert_eq!(row.name, name);
+    let mut rows = csv::Reader::from_reader(include_str!("rows.csv").as_bytes());
+    let mut rows = rows.deserialize().map(|row| row.expect("rows.csv has the columns of a row"));
+    let mut row = rows.find(|row: &Row| row.name == name).expect("the name of a row");
+    let (_, sweep) = SWEEPS.iter().find(|(known, _)| *known == name).expect("each row has a sweep");
+    if name.starts_with("bullet") {
+        row.left_out = bullet::left_out(setting);
+    }
+    if row.left_out.is_none() {
+        row.points = sweep(setting)?;
+    }
     Ok(row)
 }

@@ -1,4 +1,4 @@
-//! The atlas on paper: a CSV file for each row, one page of charts, one table.
+//! The atlas on paper: a CSV file for each row, a page of charts, a table.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -19,8 +19,8 @@ pub fn write(rows: &[Row], folder: &Path) -> Result<(), Error> {
         output::bytes(&folder.join(format!("{}.csv", row.name)), csv(row).as_bytes())?;
     }
     let panels: Vec<Panel> = rows.iter().map(panel).collect();
-    let svg =
-        plot::atlas_svg("What is swept, where it breaks, and where the tool says so", &panels);
+    let title = "What is swept, where it breaks, and where the tool says so";
+    let svg = plot::atlas_svg(title, &panels);
     output::bytes(&folder.join("atlas.svg"), svg.as_bytes())?;
     output::bytes(&folder.join("atlas.png"), &plot::png(&svg, plot::PIXELS_PER_UNIT)?)?;
     output::bytes(&folder.join("atlas.md"), table(rows).as_bytes())?;
@@ -52,9 +52,9 @@ fn panel(row: &Row) -> Panel {
         is_broken: p.is_broken(),
     };
     Panel {
-        title: row.title.to_owned(),
-        swept: row.swept.name.to_owned(),
-        log: row.swept.log,
+        title: row.title.clone(),
+        swept: row.swept.clone(),
+        log: row.log,
         marks: row.points.iter().map(mark).collect(),
         left_out: row.left_out.clone(),
     }
@@ -62,43 +62,43 @@ fn panel(row: &Row) -> Panel {
 
 /// The rows as a table of Markdown.
 fn table(rows: &[Row]) -> String {
-    let mut text = "| what is swept | error of what | it breaks | the tool says so | in these words | and does |\n\
-                    |---|---|---|---|---|---|\n"
+    let mut text = "| what is swept | error of | it breaks | the tool says so | in these words \
+                    | what it does |\n|---|---|---|---|---|---|\n"
         .to_owned();
     for row in rows {
-        let swept = format!("**{}**: {}", row.title, row.swept.name);
-        if let Some(reason) = &row.left_out {
-            let _ = writeln!(text, "| {swept} | {} | left out: {reason} | | | |", row.error);
-            continue;
-        }
-        let says = row.says().map_or("-".into(), |words| format!("\"{}\"", cut(words)));
-        let breaks = match (row.range(Point::is_broken), row.range(Point::is_refused)) {
-            (nowhere, refused) if nowhere == "nowhere" && refused != "nowhere" => {
-                format!("no result {refused}")
-            }
-            (broken, refused) if refused == "nowhere" => broken,
-            (broken, refused) => format!("{broken}; no result {refused}"),
+        let Row { title, swept, error, does, .. } = row;
+        let [breaks, says, words] = match &row.left_out {
+            Some(reason) => [format!("left out: {reason}"), String::new(), String::new()],
+            None => [breaks(row), row.range(|p| p.said.is_some()), words(row)],
         };
         let _ = writeln!(
             text,
-            "| {swept} | {} | {breaks} | {} | {says} | {} |",
-            row.error,
-            row.range(|p| p.said.is_some()),
-            row.does
+            "| **{title}**: {swept} | {error} | {breaks} | {says} | {words} | {does} |"
         );
     }
     text
 }
 
-fn cut(words: &str) -> String {
-    const MOST: usize = 180;
-    if words.chars().count() <= MOST {
-        return words.to_owned();
+/// Where a row breaks or has no result.
+fn breaks(row: &Row) -> String {
+    let (broken, refused) = (row.range(Point::is_broken), row.range(Point::is_refused));
+    match (broken.as_str(), refused.as_str()) {
+        (_, "nowhere") => broken,
+        ("nowhere", _) => format!("no result {refused}"),
+        _ => format!("{broken}; no result {refused}"),
     }
-    words.chars().take(MOST).collect::<String>().trim_end().to_owned() + " ..."
 }
 
-/// A row in a line, for the terminal.
+/// The tool's words, cut to a length that a table holds.
+fn words(row: &Row) -> String {
+    const MOST: usize = 180;
+    let Some(says) = row.says() else { return "-".into() };
+    let cut: String = says.chars().take(MOST).collect();
+    let dots = if cut.len() < says.len() { " ..." } else { "" };
+    format!("\"{}{dots}\"", cut.trim_end())
+}
+
+/// A row for the terminal.
 pub fn line(row: &Row) -> String {
     if let Some(reason) = &row.left_out {
         return format!("{:<24} left out: {reason}\n", row.name);
@@ -112,14 +112,9 @@ pub fn line(row: &Row) -> String {
         row.range(Point::is_refused),
         short((worst * 1e5).round() / 1e5)
     );
-    for point in row.silent() {
-        let _ = writeln!(
-            text,
-            "  SILENT at {}: error {:.4}, claimed {:.4}",
-            short(point.x),
-            point.error.unwrap_or(f64::NAN),
-            point.claimed
-        );
+    for Point { x, error, claimed, .. } in row.silent() {
+        let (x, error) = (short(*x), error.unwrap_or(f64::NAN));
+        let _ = writeln!(text, "  SILENT at {x}: error {error:.4}, claimed {claimed:.4}");
     }
     text
 }

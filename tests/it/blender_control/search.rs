@@ -97,9 +97,9 @@ fn the_flag_comes_before_the_variable_and_that_before_the_path() {
 #[test]
 fn a_program_that_is_no_blender_is_refused_with_its_own_words() {
     for (body, words) in [
-        ("exit 0", "it says nothing"),
+        ("exit 0", "it printed nothing"),
         ("echo 'unknown option --background' >&2; exit 2", "unknown option --background"),
-        ("echo '@soilsig {\"event\":\"probe\"'", "it says"),
+        ("echo '@soilsig {\"event\":\"probe\"'", "it printed"),
     ] {
         let fake = Fake::named("true", body);
         let search = Search { explicit: Some(fake.path.clone().into()), ..Machine::new().search() };
