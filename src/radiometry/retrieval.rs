@@ -163,8 +163,8 @@ mod tests {
                 })
                 .collect()
         };
-        let told: Vec<bool> = bands(290.0, 6.0).iter().map(|b| b.emissivity.is_some()).collect();
-        assert_eq!(told, [true, true, false, false, false]);
+        let known: Vec<bool> = bands(290.0, 6.0).iter().map(|b| b.emissivity.is_some()).collect();
+        assert_eq!(known, [true, true, false, false, false]);
         let masked = masked_um(&bands(290.0, 6.0));
         assert_eq!(masked, [[10.0, 12.0]]);
         let words = masked_in_words(&masked, 6.0).expect("some are masked");

@@ -10,7 +10,7 @@ use crate::support::file_error::FileError;
 use crate::support::linear::ends;
 
 /// A spectrum as points, with straight lines between them.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tabulated {
     /// Name of the file that the points come from.
     pub file: String,
@@ -149,11 +149,7 @@ impl Tabulated {
         }
         let mut spectrum = Self {
             file: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-            name: None,
-            wavelength_um: Vec::new(),
-            emissivity: Vec::new(),
-            gaps_um: Vec::new(),
-            warnings: Vec::new(),
+            ..Self::default()
         };
         let mut is_after_deleted = false;
         for row in rows {

@@ -92,17 +92,17 @@ impl Cache {
             return Ok(made);
         }
         let folder = self.place(name, inputs);
-        let beside = self.scratch()?;
-        make(beside.path())?;
-        let files = output::list(beside.path()).map_err(CacheError)?;
+        let scratch = self.scratch()?;
+        make(scratch.path())?;
+        let files = output::list(scratch.path()).map_err(CacheError)?;
         let sum = |file: &String| {
-            output::sha256_hex(&beside.path().join(file)).map(|sum| (file.clone(), sum))
+            output::sha256_hex(&scratch.path().join(file)).map(|sum| (file.clone(), sum))
         };
         let manifest: BTreeMap<_, _> =
             files.iter().map(sum).collect::<Result<_, _>>().map_err(CacheError)?;
         let text = serde_json::to_vec(&manifest).expect("plain data");
-        output::bytes(&beside.path().join(MANIFEST), &text).map_err(CacheError)?;
-        if let Err(error) = std::fs::rename(beside.path(), &folder) {
+        output::bytes(&scratch.path().join(MANIFEST), &text).map_err(CacheError)?;
+        if let Err(error) = std::fs::rename(scratch.path(), &folder) {
             // Another run was first; its result is the same.
             if intact(&folder).is_none() {
                 return Err(failed(&folder)(error));

@@ -54,7 +54,7 @@ impl FileError {
         Self::wrong_at(path, format!("line {line}"), problem)
     }
 
-    /// The same with a hint of its own.
+    /// The same error with its own hint.
     #[must_use]
     pub fn with_hint(mut self, text: &'static str) -> Self {
         if let Self::Wrong { hint, .. } = &mut self {

@@ -96,11 +96,11 @@ pub fn file(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), OutputError> {
-    let mut beside = Beside::new(path)?;
-    let mut writer = BufWriter::new(beside.file.as_file_mut());
+    let mut partial = Beside::new(path)?;
+    let mut writer = BufWriter::new(partial.file.as_file_mut());
     fill(&mut writer).and_then(|()| writer.flush()).map_err(at(path))?;
     drop(writer);
-    beside.done()
+    partial.done()
 }
 
 /// A file that is written in parts under a temporary name. [`Beside::done`] gives it its own name;
@@ -195,7 +195,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_write_that_fails_leaves_what_was_there_and_nothing_else() {
+    fn a_failed_write_leaves_the_earlier_file_and_nothing_else() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("result.csv");
         bytes(&path, b"whole").expect("written");
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_read_is_not_written_over_by_whatever_name() {
+    fn inputs_are_not_overwritten_under_any_name() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let at = |name: &str| folder.path().join(name);
         bytes(&at("table.json"), b"").expect("written");
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn results_may_be_read_by_others_as_the_umask_allows() {
+    fn results_have_the_permissions_of_the_umask() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().expect("a temporary folder");
         let (ours, plain) = (folder.path().join("ours"), folder.path().join("plain"));

@@ -55,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn the_packings_wanted_are_the_fewest_that_do() {
+    fn the_number_of_packings_is_the_least_that_suffices() {
         for (spread, half_width) in [(0.0044, 0.01), (0.0044, 0.005), (0.0044, 0.001), (1e-9, 0.1)]
         {
             let n = wanted(spread, half_width).expect("few enough");

@@ -140,13 +140,9 @@ mod tests {
             (&quartz.ordinary, 7.355, &[8.475, 8.985, 12.495][..]),
             (&quartz.extraordinary, 7.350, &[12.805][..]),
         ] {
-            let n_minus_1 = |um: f64| axis.index(um).re - 1.0;
-            assert!(
-                n_minus_1(christiansen_um - 0.003) < 0.0
-                    && n_minus_1(christiansen_um + 0.003) > 0.0
-                    || n_minus_1(christiansen_um - 0.003) > 0.0
-                        && n_minus_1(christiansen_um + 0.003) < 0.0
-            );
+            let [below, above] =
+                [-0.003, 0.003].map(|by| axis.index(christiansen_um + by).re - 1.0);
+            assert!(below * above < 0.0, "n - 1 changes its sign");
             for &um in maxima_um {
                 assert!(normal(axis, um) > normal(axis, um - 0.01), "{um}");
                 assert!(normal(axis, um) > normal(axis, um + 0.01), "{um}");
