@@ -58,7 +58,7 @@ pub(super) fn units(setting: &Setting) -> Result<Vec<Point>, Error> {
         1e-42, 1e-35, 1e-25, 1e-20, 1e-15, 1e-10, 1e-6, 1e-3, 1.0, 1e1, 1e2, 1e3, 1e4, 1e6, 1e8,
         1e9, 1e12, 1e20, 1e40,
     ];
-    setting.sweep(&units_um, "below the wavelength", |unit_um| {
+    setting.sweep(&units_um, "the wavelength of", |unit_um| {
         let (scene, pit) = pit(unit_um);
         Ok(setting.run(scene, &pit)?.against(truth))
     })
