@@ -6,10 +6,10 @@ use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::{Point, Setting};
-use crate::report::{self, terminal};
+use crate::report::{Report, terminal};
 use crate::scene::{Grid, Scene};
-use crate::signature::budget::{Budget, Origin};
-use crate::signature::{Band, evaluate};
+use crate::signature::Band;
+use crate::signature::budget::Origin;
 use crate::support::error::{Error, Status};
 use crate::support::monitor::Monitor;
 use crate::support::output::{self, OutputError};
@@ -267,10 +267,12 @@ impl<'a> Stage<'a> {
 impl Outcome {
     /// What the tool says of tables.
     pub(super) fn of(tables: &[Table], grid: &Grid, target: Target) -> Result<Self, Error> {
-        let bands = evaluate(tables, &grid.wavelengths_um())?;
-        let budget = Budget::new(tables, &bands, Origin::of_tables(tables.len()))?;
-        let reached = report::reached(tables, &bands, &budget, target.tolerance);
-        let said = terminal::reached(&reached).lines().map(|line| line.trim().to_owned()).collect();
+        let origin = Origin::of_tables(tables.len());
+        let um = grid.wavelengths_um();
+        let Report { bands, reached, .. } =
+            Report::new(tables, &um, origin, target.tolerance, None)?;
+        let said = terminal::block("", 0, &reached, None, true);
+        let said = said.lines().map(|line| line.trim().to_owned()).collect();
         let is_whole = reached.tolerance_reached || target.exactly.is_some();
         let status = if is_whole { 0 } else { Status::ToleranceNotReached as u8 };
         Ok(Self { bands, said, status })
