@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::arguments::{Bands, ending};
-use super::{Context, Outcome, print, usage};
+use super::{Context, Outcome, print, print_list, usage};
 use crate::geometry::ingest;
 use crate::products::export::{self, To};
 use crate::scene::Scene;
@@ -49,7 +49,7 @@ pub fn run(args: &Args, _: &Context) -> Outcome {
         To::Mitsuba => args.at.clone(),
     };
     let lost = export::export(&scene, args.to, &wavelengths_um, &args.folder)?;
-    let lost: String = lost.iter().map(|sentence| format!("  {sentence}\n")).collect();
-    print(&format!("scene in {}; not carried over:\n{lost}", args.folder.display()))?;
+    print(&format!("scene in {}\n", args.folder.display()))?;
+    print_list("not carried over", &lost)?;
     Ok(None)
 }

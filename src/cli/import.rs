@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Context, Outcome, print};
+use super::{Context, Outcome, print, print_list};
 use crate::products::export;
 use crate::support::output;
 
@@ -27,7 +27,7 @@ pub fn run(args: &Args, _: &Context) -> Outcome {
     let (scene, left_out) = export::import(&args.odb, &mat, folder)?;
     let text = serde_json::to_string_pretty(&scene).expect("plain data");
     output::bytes(&args.out, (text + "\n").as_bytes())?;
-    let left_out: String = left_out.iter().map(|what| format!("  {what}\n")).collect();
-    print(&format!("{}; left out:\n{left_out}", args.out.display()))?;
+    print(&format!("scene in {}\n", args.out.display()))?;
+    print_list("left out", &left_out)?;
     Ok(None)
 }

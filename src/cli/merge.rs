@@ -27,7 +27,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let (um, tolerance) = (table.stop.grid.wavelengths_um(), table.stop.tolerance);
     let tables = [table];
     let reached = Report::new(&tables, &um, Origin::Given, tolerance, None)?.reached;
-    print(&terminal::block(&tables[0].scene, 0, &reached, None, context.verbose))?;
+    print(&terminal::blocks(&[(&tables[0].scene, &reached, None)], context.verbose))?;
     print(&format!("table in {}\n", args.out.display()))?;
     Ok(reached.status())
 }

@@ -144,6 +144,11 @@ fn print_json(value: &impl Serialize) -> Result<(), Error> {
     print(&(serde_json::to_string_pretty(value).expect("plain data") + "\n"))
 }
 
+/// Prints a list below its title, if it has any lines.
+fn print_list(title: &str, lines: &[String]) -> Result<(), Error> {
+    if lines.is_empty() { Ok(()) } else { print(&format!("{title}:\n  {}\n", lines.join("\n  "))) }
+}
+
 /// The command line, for the record.
 fn command_line() -> Vec<String> {
     std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect()

@@ -101,11 +101,9 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         print_json(&record)?;
         return Ok(record.status());
     }
-    let width = record.reached.keys().map(String::len).max().unwrap_or(0);
-    for (name, reached) in &record.reached {
-        let cost = record.cost(name);
-        print(&terminal::block(name, width, reached, cost, context.verbose))?;
-    }
+    let scene = |(name, reached)| (String::as_str(name), reached, record.cost(name));
+    let scenes: Vec<_> = record.reached.iter().map(scene).collect();
+    print(&terminal::blocks(&scenes, context.verbose))?;
     let files = match record.reached.len() {
         1 => "signature.csv, signature.svg, run.json",
         _ => "signatures.svg, run.json, a folder for each scene",

@@ -73,19 +73,16 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let report = Report::new(&tables, &grid.wavelengths_um(), origin, tolerance, None)?;
     let bands = &report.bands;
     let csv = signature::csv_text(bands, temperature, assumed);
-    match &args.out {
-        Some(path) => {
-            output::bytes(path, csv.as_bytes())?;
-            let (name, verbose) = (&tables[0].scene, context.verbose);
-            print(&terminal::block(name, 0, &report.reached, None, verbose))?;
-            print(&format!("signature in {}\n", path.display()))?;
+    if let Some(path) = &args.out {
+        output::bytes(path, csv.as_bytes())?;
+        let scene = (&*tables[0].scene, &report.reached, None);
+        print(&terminal::blocks(&[scene], context.verbose))?;
+        print(&format!("result in {}\n", path.display()))?;
+    } else {
+        for remark in &report.reached.remarks {
+            eprintln!("warning: {remark}");
         }
-        None => {
-            for remark in &report.reached.remarks {
-                eprintln!("warning: {remark}");
-            }
-            print(&csv)?;
-        }
+        print(&csv)?;
     }
     if let Some(path) = &args.budget {
         output::bytes(path, report.budget.csv_text().as_bytes())?;

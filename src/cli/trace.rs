@@ -88,7 +88,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         print_json(&reached)?;
     } else {
         let name = &prepared.scene.name;
-        print(&terminal::block(name, 0, &reached, None, context.verbose))?;
+        print(&terminal::blocks(&[(name, &reached, None)], context.verbose))?;
         print(&format!("table in {}\n", args.out.display()))?;
     }
     Ok(reached.status())

@@ -7,23 +7,15 @@ use crate::support::error::{Failure, Status};
 /// A run asks for what its scene does not allow.
 #[derive(Debug, thiserror::Error)]
 pub enum PipelineError {
-    /// Several packings of a placed scene.
-    #[error("{}: --packings needs a recipe; this scene is already placed (one bed)", scene.display())]
-    OnePacking {
+    /// An option of recipes for a placed scene.
+    #[error("{}: {option} needs a recipe; this scene is already placed ({has})", scene.display())]
+    Placed {
         /// The scene file.
         scene: PathBuf,
-    },
-    /// A field of a placed scene, which names its own sides.
-    #[error("{}: --field needs a recipe; this scene is already placed, with its own sides", scene.display())]
-    FieldOfPlaced {
-        /// The scene file.
-        scene: PathBuf,
-    },
-    /// Grains for a placed scene.
-    #[error("{}: --grains needs a recipe; this scene is already placed, with its own grains", scene.display())]
-    GrainsOfPlaced {
-        /// The scene file.
-        scene: PathBuf,
+        /// The option.
+        option: &'static str,
+        /// What the placed scene has instead.
+        has: &'static str,
     },
     /// An unknown coverage.
     #[error("{wanted:?} is not a coverage")]
@@ -38,15 +30,12 @@ pub enum PipelineError {
 impl Failure for PipelineError {
     fn hint(&self) -> Option<String> {
         Some(match self {
-            Self::OnePacking { .. } => {
-                "name the recipe that it was dropped from, or leave out --packings".into()
-            }
-            Self::FieldOfPlaced { .. } => {
+            Self::Placed { option: "--field", .. } => {
                 r#"write "sides": {"field": {"particles": N}} into its geometry.placed.domain"#
                     .into()
             }
-            Self::GrainsOfPlaced { .. } => {
-                "name the recipe that it was dropped from, or leave out --grains".into()
+            Self::Placed { option, .. } => {
+                format!("name the recipe that it was dropped from, or leave out {option}")
             }
             Self::Coverage { known, .. } => {
                 format!("known are {known}, all, and any share from 0 to 1")

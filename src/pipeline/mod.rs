@@ -180,11 +180,12 @@ impl<'a> Run<'a> {
                 }
             }
             SceneGeometry::Placed(_) => {
-                if self.options.packings != HowMany::Number(1) {
-                    return Err(PipelineError::OnePacking { scene: scene.file }.into());
-                }
-                if self.options.field.is_some() {
-                    return Err(PipelineError::FieldOfPlaced { scene: scene.file }.into());
+                let options = [
+                    ("--packings", "one bed", self.options.packings != HowMany::Number(1)),
+                    ("--field", "it has its own sides", self.options.field.is_some()),
+                ];
+                if let Some((option, has, _)) = options.into_iter().find(|(.., asked)| *asked) {
+                    return Err(PipelineError::Placed { scene: scene.file, option, has }.into());
                 }
                 for file in ingest::files(&scene)? {
                     self.folder.reads(&file)?;
@@ -223,10 +224,11 @@ impl<'a> Run<'a> {
     fn library(&mut self, scene: &mut Scene) -> Result<Option<Library>, Error> {
         let folder = scene.folder().to_owned();
         let SceneGeometry::Packing(packing) = &mut scene.geometry else {
-            return match self.options.grains {
-                Some(_) => Err(PipelineError::GrainsOfPlaced { scene: scene.file.clone() }.into()),
-                None => Ok(None),
-            };
+            if self.options.grains.is_none() {
+                return Ok(None);
+            }
+            let (scene, option, has) = (scene.file.clone(), "--grains", "it has its own grains");
+            return Err(PipelineError::Placed { scene, option, has }.into());
         };
         if let Some(folder) = &self.options.grains {
             own_grains::stand_in(packing, folder)?;

@@ -65,21 +65,21 @@ fn list(items: impl Iterator<Item = String>) -> String {
 /// The number of packings that a tolerance takes.
 pub fn plan(plan: &Plan, tolerance: f64) -> String {
     let Plan { pilot, spread, at_um, apart, touching, wanted, packings, depth: fewer } = plan;
-    let kind = if *touching && *apart == 0.0 { "packings whose fines touch" } else { "packings" };
-    let mut text =
-        format!("{pilot} {kind} have a standard deviation of {spread:.4} at {at_um} um; ");
-    if *apart > 0.0 {
-        text += &format!("hulls keep fines apart, an effect of up to {apart:.4}; ");
-        if *touching {
-            return text + &format!("fines have to touch for +-{tolerance}");
-        }
+    let are_apart = *apart > 0.0;
+    let kind = if *touching && !are_apart { " whose fines touch" } else { "" };
+    let mut parts =
+        vec![format!("{pilot} packings{kind} have a spread of {spread:.4} at {at_um} um")];
+    if are_apart {
+        parts.push(format!("hulls keep fines apart, an effect of up to {apart:.4}"));
     }
-    text += &format!("+-{tolerance} at 95 % takes {wanted}");
-    text += &fewer.map_or(String::new(), |fewer| format!("; {}", depth(&fewer)));
-    if packings < wanted {
-        text += &format!("; only {packings} are dropped");
+    if *touching && are_apart {
+        parts.push(format!("fines have to touch for +-{tolerance}"));
+    } else {
+        parts.push(format!("+-{tolerance} at 95 % takes {wanted}"));
+        parts.extend(fewer.as_ref().map(depth));
+        parts.extend((packings < wanted).then(|| format!("only {packings} are dropped")));
     }
-    text
+    parts.join("; ")
 }
 
 /// The number of grains that are enough.

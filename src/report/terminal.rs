@@ -7,30 +7,34 @@ use crate::signature::Window;
 use crate::spectrum::Mode;
 use crate::spectrum::features::{RESTSTRAHLEN_WINDOW_UM, TRANSPARENCY_WINDOW_UM, window_mean};
 
-/// The block of one scene: its emissivity with the total uncertainty, what limits it, warnings and,
-/// if asked, all details. Names of several scenes are padded to one width.
-pub fn block(
-    name: &str,
-    width: usize,
-    r: &Reached,
-    cost: Option<Cost>,
-    with_details: bool,
-) -> String {
-    let beds = match r.packings {
-        _ if !r.is_drawn() => "this geometry".to_owned(),
-        1 => "one bed".to_owned(),
-        beds => format!("{beds} beds"),
+/// A scene's name, its numbers and, after a run of the pipeline, its cost.
+pub type Scene<'a> = (&'a str, &'a Reached, Option<Cost>);
+
+/// A block for each scene: its emissivity with the total uncertainty, what limits it, warnings and,
+/// if asked, all details. What facets mean is said once.
+pub fn blocks(scenes: &[Scene], with_details: bool) -> String {
+    let width = scenes.iter().map(|(name, ..)| name.len()).max().unwrap_or(0);
+    let mut notes = Vec::new();
+    let block = |(name, r, cost): &Scene| {
+        let beds = match r.packings {
+            _ if !r.is_drawn() => "this geometry".to_owned(),
+            1 => "one bed".to_owned(),
+            beds => format!("{beds} beds"),
+        };
+        let windows = r.windows.iter().map(|w| (w.emissivity, w.half_width_95, span(w)));
+        let mut lines = vec![format!("{}, {beds}", answer(windows))];
+        lines.extend(limit::line(r, *cost));
+        for note in facets(r).filter(|note| !notes.contains(note)).collect::<Vec<_>>() {
+            notes.push(note);
+            lines.push(note.into());
+        }
+        lines.extend(warnings::lines(r).into_iter().map(|warning| format!("warning: {warning}")));
+        if with_details {
+            lines.extend(details::lines(r));
+        }
+        format!("{name:width$}   {}\n", lines.join(&format!("\n{:width$}   ", "")))
     };
-    let windows = |w: &Window| (w.emissivity, w.half_width_95, span(w));
-    let mut lines = vec![format!("{}, {beds}", answer(r.windows.iter().map(windows)))];
-    lines.extend(limit::line(r, cost));
-    lines.extend(facets(r).into_iter().map(Into::into));
-    lines.extend(warnings::lines(r).into_iter().map(|warning| format!("warning: {warning}")));
-    if with_details {
-        lines.extend(details::lines(r));
-    }
-    let indent = format!("\n{:width$}   ", "");
-    format!("{name:width$}   {}\n", lines.join(&indent))
+    scenes.iter().map(block).collect::<Vec<_>>().concat()
 }
 
 /// The emissivity of some windows, each with its half-width and its wavelengths.
@@ -84,23 +88,19 @@ pub(super) fn number(x: f64, half_width: f64) -> String {
     format!("{x:.decimals$}")
 }
 
-/// A line for each kind of facets that limits what a result means.
-fn facets(r: &Reached) -> Vec<&'static str> {
-    [
+/// A line for each kind of facets that limits the meaning of a result.
+fn facets(r: &Reached) -> impl Iterator<Item = &'static str> {
+    let notes = [
         (
             Mode::Library,
-            "facets have library spectra: those of powders make the level too high where dust is \
-             thick (docs: facets)",
+            "facets by powders' spectra make the level too high where dust is thick (docs: facets)",
         ),
-        (Mode::Inverted, "facets are inverted from powder spectra by a pure bed (docs: facets)"),
+        (Mode::Inverted, "facets are inverted from powders' spectra by a pure bed (docs: facets)"),
         (
             Mode::Fresnel,
-            "facets are mirrors by optical constants: valid for grains that let no light through \
-             (docs: facets)",
+            "facets are mirrors: valid where grains let no light through (docs: facets)",
         ),
-    ]
-    .into_iter()
-    .filter(|(mode, _)| r.facets.values().any(|facets| facets.mode == *mode))
-    .map(|(_, line)| line)
-    .collect()
+    ];
+    let is_used = |mode| r.facets.values().any(|facets| facets.mode == mode);
+    notes.into_iter().filter(move |(mode, _)| is_used(*mode)).map(|(_, note)| note)
 }

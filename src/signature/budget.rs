@@ -269,56 +269,6 @@ fn spectra(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::histogram::Histogram;
-    use crate::histogram::tally::{CELLS, Kept, PARTS};
-
-    /// A bed whose paths hit this number of facets in each cell; tests set their reflectance to 0.5.
-    fn cells(hits: impl Fn(u16, u16) -> u16) -> Histogram {
-        let of = |n: u16| {
-            let its = |cell: &u16| hits(cell % CELLS, cell / CELLS) == n;
-            let counts = (0..CELLS * CELLS).filter(its).map(|cell| (cell, 10)).collect();
-            ([n].into(), counts)
-        };
-        Histogram {
-            kept: Kept::PLAIN,
-            parts: PARTS,
-            escaped: vec![of(1), of(2)],
-            trapped: Vec::new(),
-            ended: Vec::new(),
-        }
-    }
-
-    fn rim_and_middle() -> Histogram {
-        cells(|x, y| if (1..3).contains(&x) && (1..3).contains(&y) { 1 } else { 2 })
-    }
-
-    /// Four cells of 0.5 within twelve of 0.25: their mean is 0.3125, their variance 0.0125.
-    #[test]
-    fn the_rim_is_the_difference_of_the_inner_cells_beyond_chance() {
-        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-6, "{a} and {b}");
-        let one = OfCells::of_weights(&[&rim_and_middle()], &[0.5]);
-        // Student's t: 15 degrees of freedom, of three beds 45.
-        close(one.half_width(), 2.131_45 * (0.0125_f64 / 16.0).sqrt());
-        let by_chance = 0.75 * (0.0125_f64 / 3.0).sqrt();
-        close(one.rim, 0.1875 - by_chance);
-
-        let bed = rim_and_middle();
-        let three = OfCells::of_weights(&[&bed, &bed, &bed], &[0.5]);
-        close(three.spread, one.spread);
-        close(three.half_width(), 2.014_103 * (0.0125_f64 / 48.0).sqrt());
-        close(three.rim, 0.1875 - by_chance / 3.0_f64.sqrt());
-    }
-
-    /// The inner cells of a chequerboard have the mean of all.
-    #[test]
-    fn cells_that_differ_without_a_rim_have_none() {
-        let board = OfCells::of_weights(&[&cells(|x, y| 1 + (x + y) % 2)], &[0.5]);
-        assert!(board.half_width() > 0.06, "{}", board.half_width());
-        assert_eq!(board.rim, 0.0);
-        // Rims of opposite sign cancel.
-        let other = cells(|x, y| if (1..3).contains(&x) && (1..3).contains(&y) { 2 } else { 1 });
-        assert_eq!(OfCells::of_weights(&[&rim_and_middle(), &other], &[0.5]).rim, 0.0);
-    }
 
     #[test]
     fn parts_that_do_not_apply_are_empty_in_the_file_and_the_widest_band_is_found() {

@@ -68,3 +68,44 @@ pub(super) fn of_tables(packings: &[Table]) -> Option<Vec<&Histogram>> {
 pub fn spread_by_cells(packings: &[Table], reflectance: &[f64]) -> Option<f64> {
     Some(OfCells::of_weights(&of_tables(packings)?, reflectance).spread)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cells(of: impl Fn(usize, usize) -> f64) -> Cells {
+        std::array::from_fn(|i| of(i % SIDE, i / SIDE))
+    }
+
+    fn middle(inner: f64, outer: f64) -> Cells {
+        let is_inner = |x: usize| (1..3).contains(&x);
+        cells(|x, y| if is_inner(x) && is_inner(y) { inner } else { outer })
+    }
+
+    /// Four cells of 0.5 within twelve of 0.25: their mean is 0.3125, their variance 0.0125.
+    #[test]
+    fn the_rim_is_the_difference_of_the_inner_cells_beyond_chance() {
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-6, "{a} and {b}");
+        let bed = middle(0.5, 0.25);
+        let one = OfCells::new(&[bed]);
+        // Student's t: 15 degrees of freedom, of three beds 45.
+        close(one.half_width(), 2.131_45 * (0.0125_f64 / 16.0).sqrt());
+        let by_chance = 0.75 * (0.0125_f64 / 3.0).sqrt();
+        close(one.rim, 0.1875 - by_chance);
+
+        let three = OfCells::new(&[bed; 3]);
+        close(three.spread, one.spread);
+        close(three.half_width(), 2.014_103 * (0.0125_f64 / 48.0).sqrt());
+        close(three.rim, 0.1875 - by_chance / 3.0_f64.sqrt());
+    }
+
+    /// The inner cells of a chequerboard have the mean of all.
+    #[test]
+    fn cells_that_differ_without_a_rim_have_none() {
+        let board = OfCells::new(&[cells(|x, y| if (x + y) % 2 == 0 { 0.5 } else { 0.25 })]);
+        assert!(board.half_width() > 0.06, "{}", board.half_width());
+        assert_eq!(board.rim, 0.0);
+        // Rims of opposite sign cancel.
+        assert_eq!(OfCells::new(&[middle(0.5, 0.25), middle(0.25, 0.5)]).rim, 0.0);
+    }
+}

@@ -6,12 +6,12 @@ use crate::spectrum::{self, Spectrum};
 use crate::support::error::Error;
 
 pub(super) fn run() -> Result<(), Error> {
-    let line = |shipped: &Spectrum| {
+    for shipped in &spectrum::all() {
         let name = match shipped {
             Spectrum::Fresnel(constants, _) => format!("fresnel:{constants}"),
             _ => shipped.name().to_owned(),
         };
-        format!("{name:<32}{}\n", summary(shipped))
-    };
-    print(&spectrum::all().iter().map(line).collect::<String>())
+        print(&format!("{name:<32}{}\n", summary(shipped)))?;
+    }
+    Ok(())
 }

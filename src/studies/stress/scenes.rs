@@ -271,7 +271,7 @@ impl Outcome {
         let um = grid.wavelengths_um();
         let Report { bands, reached, .. } =
             Report::new(tables, &um, origin, target.tolerance, None)?;
-        let said = terminal::block("", 0, &reached, None, true);
+        let said = terminal::blocks(&[("", &reached, None)], true);
         let said = said.lines().map(|line| line.trim().to_owned()).collect();
         let is_whole = reached.tolerance_reached || target.exactly.is_some();
         let status = if is_whole { 0 } else { Status::ToleranceNotReached as u8 };
