@@ -102,8 +102,8 @@ pub struct Enough {
     #[arg(long, value_name = "N", default_value_t = 1 << 26,
           value_parser = clap::value_parser!(u64).range(2..))]
     pub max_paths: u64,
-    /// Longest that a trace may take, seconds; if it is too short the result is written and the exit
-    /// status is 4
+    /// Longest that a trace may take, seconds; if it is too short the result is written and the
+    /// exit status is 4
     #[arg(long, value_name = "S", value_parser = positive)]
     pub max_seconds: Option<f64>,
 }

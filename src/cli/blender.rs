@@ -7,7 +7,8 @@ use super::arguments::{absolute, utf8_path};
 use super::{Context, Outcome, print};
 use crate::blender;
 
-/// Opens Blender's window to author grains over SEM images, or writes the add-on for its preferences
+/// Opens Blender's window to author grains over SEM images, or writes the add-on for its
+/// preferences
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]

@@ -12,8 +12,8 @@ use crate::support::output;
 
 /// Charts the error of the emissivity against computing time, for every setting that trades them
 ///
-/// Charts the trace of a placed scene. A packing's beds are charted too, which takes Blender and some
-/// minutes.
+/// Charts the trace of a placed scene. A packing's beds are charted too, which takes Blender and
+/// some minutes.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scene file, or the name of a shipped scene: full, less, sparse, bare

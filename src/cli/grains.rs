@@ -35,8 +35,8 @@ pub struct Args {
 
 #[derive(clap::Subcommand)]
 enum Command {
-    /// Checks a folder of your own grains, without Blender: closed, faces outward, no self-intersection,
-    /// one piece, convex, in micrometres, of a known size class
+    /// Checks a folder of your own grains, without Blender: closed, faces outward, no
+    /// self-intersection, one piece, convex, in micrometres, of a known size class
     Check {
         /// The folder
         folder: PathBuf,

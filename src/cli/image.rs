@@ -102,7 +102,7 @@ fn lines(made: &Made, asked: &Asked, with_details: bool) -> Vec<String> {
     let [columns, lines] = made.pixels;
     let pixels = (columns * lines) as f64;
     let mut text = vec![format!(
-        "{columns} x {lines} pixels with a standard error in emissivity of {:.4} (root mean square)",
+        "{columns} x {lines} pixels, standard error in emissivity {:.4} (root mean square)",
         made.noise
     )];
     text.push(format!(

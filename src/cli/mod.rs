@@ -38,7 +38,8 @@ use terminal::Terminal;
 #[command(version, about)]
 struct Cli {
     /// Threads to use; the result does not depend on it [default: all cores]
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long, global = true, value_name = "N",
+          value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
     /// Print all that is known of a result, not only its emissivity and warnings
     #[arg(long, global = true)]

@@ -68,7 +68,8 @@ enum What {
 /// The direction of the view.
 #[derive(ClapArgs)]
 struct Side {
-    /// Angle of the eye from straight above, degrees [default: grain 60, drop 72, coverages 0, patch 60]
+    /// Angle of the eye from straight above, degrees [default: grain 60, drop 72, coverages 0,
+    /// patch 60]
     #[arg(long, value_name = "DEGREES", value_parser = zenith)]
     zenith: Option<f64>,
     /// Angle of the eye's place from +x towards +y, degrees [default: -65; from above north is up]

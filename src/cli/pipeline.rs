@@ -49,8 +49,8 @@ pub struct Args {
 #[derive(clap::Args)]
 #[group(required = true, multiple = false)]
 struct Which {
-    /// Shipped scene: full, less, sparse, bare, or all of them in one chart; or the share of the grains'
-    /// silhouettes to be covered with fines, 0 to 1
+    /// Shipped scene: full, less, sparse, bare, or all of them in one chart; or the share of the
+    /// grains' silhouettes to be covered with fines, 0 to 1
     #[arg(long, value_name = "COVERAGE")]
     coverage: Option<String>,
     /// Scene file of your own, packing or placed

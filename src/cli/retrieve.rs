@@ -16,8 +16,8 @@ use crate::support::output;
 /// The temperature of the target is given, or found from the radiance itself.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Radiance: a CSV file (wavelength_um, radiance_w_m2_sr_um), a signature.csv, or an ENVI image (.img
-    /// or .hdr)
+    /// Radiance: a CSV file (wavelength_um, radiance_w_m2_sr_um), a signature.csv, or an ENVI image
+    /// (.img or .hdr)
     radiance: PathBuf,
     /// Emissivity to write: a CSV file (standard output without it); for an image an .img file
     #[arg(long, short, value_name = "FILE")]
@@ -28,8 +28,8 @@ pub struct Args {
     /// Find the temperature from the radiance
     #[arg(long, value_enum, conflicts_with_all = ["temperature", "temperature_error"])]
     method: Option<Method>,
-    /// The sky: its temperature, K, or a CSV file of its radiance. Without it the sky of the CSV file,
-    /// else cold and black
+    /// The sky: its temperature, K, or a CSV file of its radiance. Without it the sky of the CSV
+    /// file, else cold and black
     #[arg(long, value_name = "K|FILE")]
     sky: Option<String>,
     /// Atmosphere between target and sensor: a CSV file

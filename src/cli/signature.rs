@@ -33,8 +33,8 @@ pub struct Args {
     /// CSV file to write the budget to: every part of the uncertainty in every band
     #[arg(long, value_name = "FILE")]
     budget: Option<PathBuf>,
-    /// Another spectrum for a material: a shipped one's name, a file or a number, each after inverted: to
-    /// invert it by a pure bed; or fresnel:CONSTANTS
+    /// Another spectrum for a material: a shipped one's name, a file or a number, each after
+    /// inverted: to invert it by a pure bed; or fresnel:CONSTANTS
     #[arg(long = "spectrum", value_name = "MATERIAL=SPECTRUM")]
     spectra: Vec<String>,
     /// Another temperature of the scene, K
@@ -119,8 +119,8 @@ fn change(table: &mut Table, args: &Args) -> Result<(), Error> {
         let spectrum = spectrum(text)?;
         if spectrum.is_angular() != material.spectrum.is_angular() {
             usage(&format!(
-                "{given:?}: the paths were traced with {}, which scatters in other directions; trace \
-                 the scene again",
+                "{given:?}: the paths were traced with {}, which scatters in other directions; \
+                 trace the scene again",
                 material.spectrum
             ));
         }

@@ -13,7 +13,8 @@ use crate::support::monitor::Step;
 #[derive(clap::Args)]
 pub struct Args {
     /// Folder for the atlas
-    #[arg(long, short, value_name = "FOLDER", default_value = "out/stress", value_parser = utf8_path())]
+    #[arg(long, short, value_name = "FOLDER", default_value = "out/stress",
+          value_parser = utf8_path())]
     out: PathBuf,
     /// Fewer points and rays
     #[arg(long)]

@@ -46,9 +46,9 @@ const WRITTEN: [&str; 7] = [
 
 /// Runs the pipeline; all files go below `out`.
 ///
-/// `run.json` is removed before the first result is written, and written last: where it is, the result
-/// is whole. A run that fails before it has a result leaves an earlier one alone; one that succeeds
-/// removes the files that only the earlier one had.
+/// `run.json` is removed before the first result is written, and written last: where it is, the
+/// result is whole. A run that fails before it has a result leaves an earlier one alone; one that
+/// succeeds removes the files that only the earlier one had.
 pub fn run(
     options: &Options,
     command: Vec<String>,

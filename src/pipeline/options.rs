@@ -11,8 +11,8 @@ use crate::table::Target;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
-    /// A shipped scene by its coverage: `full`, `less`, `sparse`, `bare`; `all` of them; or the share
-    /// of the grains' silhouettes to be covered with fines, 0 to 1.
+    /// A shipped scene by its coverage: `full`, `less`, `sparse`, `bare`; `all` of them; or the
+    /// share of the grains' silhouettes to be covered with fines, 0 to 1.
     Coverage(String),
     /// A scene file, packing or placed.
     Scene(PathBuf),
@@ -51,8 +51,8 @@ pub struct Options {
 }
 
 impl Options {
-    /// The target of the trace of each of several beds. The rays of all together make at most half of
-    /// the tolerance, since the spread between beds needs the rest.
+    /// The target of the trace of each of several beds. The rays of all together make at most half
+    /// of the tolerance, since the spread between beds needs the rest.
     pub(super) fn target(&self, beds: usize) -> Target {
         let tolerance = match beds {
             1 => self.tolerance,

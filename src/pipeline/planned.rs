@@ -151,8 +151,8 @@ impl Run<'_> {
 /// The file of its result in the cache.
 const DEPTH: &str = "depth.json";
 
-/// The plan by a pilot. The cells of the views replace the spread of fewer packings. `left_out` is the
-/// change by grains that were left out.
+/// The plan by a pilot. The cells of the views replace the spread of fewer packings. `left_out` is
+/// the change by grains that were left out.
 fn plan_of(
     tables: &[Table],
     packing: &Packing,

@@ -32,7 +32,8 @@ pub struct Record {
     pub command: Vec<String>,
     /// All options.
     pub options: Options,
-    /// soilsig and, where it ran, Blender, its Python and numpy; SHA-256 of shipped scenes and scripts.
+    /// soilsig and, where it ran, Blender, its Python and numpy; SHA-256 of shipped scenes and
+    /// scripts.
     pub versions: BTreeMap<String, String>,
     /// Every seed, by its use.
     pub seeds: BTreeMap<String, u64>,

@@ -16,8 +16,8 @@ pub struct Cost {
 }
 
 impl Cost {
-    /// Time for further beds: all of the trace again, and of the drop what the cache does not hold. A
-    /// single bed is dropped again with several, since it has files for other programs.
+    /// Time for further beds: all of the trace again, and of the drop what the cache does not hold.
+    /// A single bed is dropped again with several, since it has files for other programs.
     fn of_packings(self, before: usize, after: usize) -> f64 {
         // As many Blenders run side by side as there are threads.
         let rounds = |beds: usize| beds as f64 / rayon::current_num_threads().min(beds) as f64;
@@ -26,8 +26,8 @@ impl Cost {
     }
 }
 
-/// A line that names the largest part of the uncertainty and the option that narrows it; `None` where
-/// there is no uncertainty.
+/// A line that names the largest part of the uncertainty and the option that narrows it; `None`
+/// where there is no uncertainty.
 pub(super) fn line(r: &Reached, cost: Option<Cost>) -> Option<String> {
     let window = r.windows.iter().max_by(|a, b| a.half_width_95.total_cmp(&b.half_width_95))?;
     if r.is_drawn() && window.packings.is_none() {

@@ -37,8 +37,8 @@ pub struct Report {
 }
 
 impl Report {
-    /// Of the tables of a recipe's packings. The tolerance is that of their mean; a plan, if there is
-    /// one, says whether it was reached.
+    /// Of the tables of a recipe's packings. The tolerance is that of their mean; a plan, if there
+    /// is one, says whether it was reached.
     ///
     /// # Errors
     /// A spectrum does not cover a wavelength.

@@ -29,8 +29,8 @@ pub struct Reached {
     /// The number of packings that the tolerance takes by a pilot, in a planned run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plan: Option<Plan>,
-    /// Widest half-width of any band: of several packings by all that they differ by, of a single one
-    /// by the noise of its rays alone.
+    /// Widest half-width of any band: of several packings by all that they differ by, of a single
+    /// one by the noise of its rays alone.
     pub half_width: f64,
     /// The band of it, um.
     pub widest_at_um: f64,
@@ -92,7 +92,8 @@ pub struct Reached {
 }
 
 impl Reached {
-    /// The exit status of a result below its tolerance. A number of paths asked for has no tolerance.
+    /// The exit status of a result below its tolerance. A number of paths asked for has no
+    /// tolerance.
     pub fn status(&self) -> Option<Status> {
         let enough = self.tolerance_reached || self.ended_by == Ended::Paths;
         (!enough).then_some(Status::ToleranceNotReached)

@@ -10,8 +10,8 @@ use crate::spectrum::Spectrum;
 use crate::table::remark::Remark;
 use crate::table::{Ended, Table};
 
-/// Share of paths inside a solid from which a warning is given. Where dust is seated flush, some 1e-4
-/// are lost in the crevices by rounding; more means overlap.
+/// Share of paths inside a solid from which a warning is given. Where dust is seated flush, some
+/// 1e-4 are lost in the crevices by rounding; more means overlap.
 const INSIDE_NOTABLE: f64 = 1e-3;
 
 /// Everything that a result warns of.
@@ -104,8 +104,8 @@ pub fn of_result(
     remarks
 }
 
-/// Half the change of the sky's radiance from the view's bin to the next where mirrors show it, as a
-/// share of a black body's, in the worst band.
+/// Half the change of the sky's radiance from the view's bin to the next where mirrors show it, as
+/// a share of a black body's, in the worst band.
 fn zenith_bins(table: &Table, bands: &[Band]) -> Option<f64> {
     let specular = table.materials.iter().map(|m| m.specular).fold(0.0, f64::max);
     let um: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
@@ -120,7 +120,8 @@ fn zenith_bins(table: &Table, bands: &[Band]) -> Option<f64> {
     lit.iter().map(change).filter(|error| error.is_finite()).max_by(f64::total_cmp)
 }
 
-/// Half the change of any angular reflectance within the bin of the view's cosine, in the worst band.
+/// Half the change of any angular reflectance within the bin of the view's cosine, in the worst
+/// band.
 fn grazing_bins(table: &Table, bands: &[Band]) -> Option<f64> {
     let cosines = f64::from(table.histogram.kept.cosines);
     let bin = (table.view.zenith_deg.to_radians().cos() * cosines).floor().min(cosines - 1.0);

@@ -1,8 +1,8 @@
 //! The uncertainty of each band's emissivity, part by part, measured on the beds of the result.
 //!
-//! Rays and packings give an interval. The floor, given-up paths and the significant part of the rim
-//! are bounds, added to it. Not included: fines kept apart by hulls, the number and the spectra of
-//! facets, and interpolation between bands. No further bed makes these smaller.
+//! Rays and packings give an interval. The floor, given-up paths and the significant part of the
+//! rim are bounds, added to it. Not included: fines kept apart by hulls, the number and the spectra
+//! of facets, and interpolation between bands. No further bed makes these smaller.
 
 use std::fmt::Write as _;
 
@@ -78,8 +78,8 @@ impl Origin {
 /// shipped recipes (docs: geometry).
 const APART: f64 = 0.03;
 
-/// Beds of grains with one rib fewer, three quarters of the facets, reflect less by up to this share
-/// of their reflectance (docs: geometry).
+/// Beds of grains with one rib fewer, three quarters of the facets, reflect less by up to this
+/// share of their reflectance (docs: geometry).
 const FACETS: f64 = 0.02;
 
 /// The budget of a result.
@@ -89,8 +89,8 @@ pub struct Budget {
     pub bands: Vec<Share>,
     /// Materials whose spectra come without an error.
     pub spectra_unknown: Vec<String>,
-    /// Largest change of any band between a black and a white floor. `None` where there is no floor,
-    /// or where something else is made of its material.
+    /// Largest change of any band between a black and a white floor. `None` where there is no
+    /// floor, or where something else is made of its material.
     pub floor_effect: Option<f64>,
 }
 

@@ -34,7 +34,8 @@ impl OfCells {
             let inner: Vec<f64> = (0..cells.len()).filter(is_inner).map(|i| cells[i]).collect();
             differences.push(inner.iter().sum::<f64>() / inner.len() as f64 - mean);
         }
-        // A quarter of the cells are inner: a difference has (1/4 + 1/12) (3/4)^2 of their variance.
+        // A quarter of the cells are inner: a difference has (1/4 + 1/12) (3/4)^2 of their
+        // variance.
         let standard_error = 0.75 * (variance / 3.0).sqrt();
         let of_bed = |&mean: &f64| Mean { mean, standard_error, trapped: 0.0 };
         let rim = Estimate::of(&differences.iter().map(of_bed).collect::<Vec<_>>());

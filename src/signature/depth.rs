@@ -1,8 +1,8 @@
 //! How many grains a bed needs: the lowest grains of a pilot's beds are taken away, and the rest is
 //! traced again by the same paths.
 //!
-//! A path that does not reach the lowest grains stays the same. So the difference has far less noise
-//! than either bed.
+//! A path that does not reach the lowest grains stays the same. So the difference has far less
+//! noise than either bed.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

@@ -110,8 +110,8 @@ impl Band {
         })
     }
 
-    /// Emissivity by Eq. 3, from the radiance that leaves the target under a cold black sky, and its
-    /// standard error.
+    /// Emissivity by Eq. 3, from the radiance that leaves the target under a cold black sky, and
+    /// its standard error.
     pub fn emissivity_eq3(&self, temperature: Temperature) -> [f64; 2] {
         let l_blackbody = radiometry::planck(self.wavelength_um, temperature.k);
         let emissivity = radiometry::emissivity(self.l_emitted.mean, l_blackbody, 0.0);

@@ -1,5 +1,5 @@
-//! How a tolerance is reached at the least cost: the number of packings, and whether they are dropped
-//! as hulls or until their fines touch.
+//! How a tolerance is reached at the least cost: the number of packings, and whether they are
+//! dropped as hulls or until their fines touch.
 //!
 //! Hulls are cheap, but they keep dust apart. That effect has to fit into the tolerance beside the
 //! spread of the packings. If it leaves too little room, fines have to touch.
@@ -19,8 +19,9 @@ pub const PILOT: usize = 6;
 /// the pilot have to touch; only they are lost then.
 pub const LOOK: usize = 2;
 
-/// Most packings of a larger pilot, which follows if the first wants more than twice its own number.
-/// Student's t makes the mean take half as many again by the spread of six packings as by that of 24.
+/// Most packings of a larger pilot, which follows if the first wants more than twice its own
+/// number. Student's t makes the mean take half as many again by the spread of six packings as by
+/// that of 24.
 const LARGER_PILOT: usize = 24;
 
 /// The cost of a bed whose fines touch, in beds dropped as hulls, with the start of Blender and the
@@ -54,9 +55,10 @@ impl Plan {
     /// A plan from a pilot of this many packings and its budget. It is preliminary where fines have
     /// to touch: packings that touch have a pilot of their own.
     ///
-    /// Stein's two stages (Ann. Math. Statist. 16, 243 (1945)): with the quantile of the pilot's own
-    /// degrees of freedom the mean is within the tolerance at 95 %, however its spread came out.
-    /// The interval of the result uses the spread of all packings and may be wider or narrower.
+    /// Stein's two stages (Ann. Math. Statist. 16, 243 (1945)): with the quantile of the pilot's
+    /// own degrees of freedom the mean is within the tolerance at 95 %, however its spread came
+    /// out. The interval of the result uses the spread of all packings and may be wider or
+    /// narrower.
     ///
     /// `left_out` is the change by grains that were left out. A black and a white floor below the
     /// rest usually change more; then their share includes it.

@@ -125,8 +125,8 @@ impl Window {
         })
     }
 
-    /// The half-width that this number of packings would have, by the spread between them, with rays
-    /// of this half-width.
+    /// The half-width that this number of packings would have, by the spread between them, with
+    /// rays of this half-width.
     pub fn with_packings(&self, packings: usize, rays: f64) -> Option<f64> {
         let of_mean = self.packings_spread? / (packings as f64).sqrt();
         let chance = (quantile_95(packings) * of_mean).hypot(rays);

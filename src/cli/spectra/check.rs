@@ -25,7 +25,7 @@ pub(super) fn run(input: &Input) -> Result<(), Error> {
             {
                 let _ = writeln!(
                     text,
-                    "  interpolation between its points: error of about {error:.1e}, largest near {um} um"
+                    "  error of interpolation: about {error:.1e}, largest near {um} um"
                 );
             }
         }

@@ -133,8 +133,8 @@ fn band_means(
     let largest = differences.zip(um).max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
     if let Some((difference, um)) = largest {
         eprintln!(
-            "{}: a band's mean differs from the value at its centre by {difference:+.2e} at most, at \
-             {um} um",
+            "{}: a band's mean differs from the value at its centre by {difference:+.2e} at most, \
+             at {um} um",
             spectrum.name()
         );
     }
