@@ -3,13 +3,12 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use super::{print, utf8_path};
+use super::arguments::{absolute, utf8_path};
+use super::{Context, Outcome, print};
 use crate::blender;
-use crate::support::cache::Cache;
-use crate::support::error::Error;
-use crate::support::monitor::Monitor;
 
-/// Opens Blender's window to author grains over SEM images, or writes the add-on for its preferences
+/// Opens Blender's window to author grains over SEM images, or writes the add-on for its
+/// preferences
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
@@ -36,12 +35,15 @@ struct What {
     addon_zip: Option<PathBuf>,
 }
 
-pub fn run(args: &Args, cache: &Cache, monitor: &dyn Monitor) -> Result<(), Error> {
+pub fn run(args: &Args, context: &Context) -> Outcome {
     if let Some(path) = &args.what.addon_zip {
         blender::write_addon(path)?;
-        return print(&format!("wrote {}\n", path.display()));
+        print(&format!("add-on in {}\n", path.display()))?;
+        return Ok(None);
     }
-    let found = blender::find(args.blender.as_deref(), cache.blenders(), monitor)?;
-    let grains = args.grains.as_ref().map(|path| std::path::absolute(path).unwrap_or(path.clone()));
-    Ok(found.open_window(grains.as_deref(), &args.more, monitor)?)
+    let Context { cache, terminal, .. } = context;
+    let found = blender::find(args.blender.as_deref(), cache.blenders(), terminal)?;
+    let grains = args.grains.as_deref().map(absolute);
+    found.open_window(grains.as_deref(), &args.more, terminal)?;
+    Ok(None)
 }

@@ -3,18 +3,17 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use super::{Bands, InBlender, print, tolerance};
+use super::arguments::{Bands, InBlender, tolerance};
+use super::{Context, Outcome, print};
 use crate::blender;
-use crate::scene::{Scene, SceneGeometry};
+use crate::scene::{Scene, SceneGeometry, shipped};
 use crate::studies::chart::{self, Maker};
-use crate::support::cache::Cache;
-use crate::support::error::Error;
-use crate::support::monitor::Monitor;
 use crate::support::output;
 
-/// Charts the error of the emissivity against the time it takes, for every knob that trades one for the other
+/// Charts the error of the emissivity against computing time, for every setting that trades them
 ///
-/// Of placed geometry the tracing is charted; of a packing its beds too, which takes Blender and some minutes.
+/// Charts the trace of a placed scene. A packing's beds are charted too, which takes Blender and
+/// some minutes.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scene file, or the name of a shipped scene: full, less, sparse, bare
@@ -25,7 +24,7 @@ pub struct Args {
     /// Half-width of the 95 % interval that is marked in the chart
     #[arg(long, value_name = "X", default_value_t = 0.005, value_parser = tolerance)]
     tolerance: f64,
-    /// Settings measured elsewhere, in the columns of chart.csv, to be charted too
+    /// Also chart settings measured elsewhere, in the columns of chart.csv
     #[arg(long, value_name = "FILE.csv")]
     beside: Option<PathBuf>,
     /// Fewer settings and a shorter reference
@@ -37,9 +36,10 @@ pub struct Args {
     in_blender: InBlender,
 }
 
-pub fn run(args: &Args, cache: &Cache, monitor: &dyn Monitor) -> Result<(), Error> {
+pub fn run(args: &Args, context: &Context) -> Outcome {
+    let Context { cache, terminal: monitor, .. } = context;
     let path = &args.scene;
-    let scene = match crate::scene::shipped::text(&path.to_string_lossy()) {
+    let scene = match shipped::text(&path.to_string_lossy()) {
         Some(text) => Scene::parse(text, path)?,
         None => Scene::read(path)?,
     };
@@ -58,5 +58,8 @@ pub fn run(args: &Args, cache: &Cache, monitor: &dyn Monitor) -> Result<(), Erro
     };
     trade.settings.extend(beside.into_iter().flatten());
     trade.write(args.tolerance, &args.out)?;
-    print(&chart::in_words(&trade, args.tolerance))
+    print(&chart::in_words(&trade, args.tolerance))?;
+    let out = args.out.display();
+    print(&format!("chart in {out} (chart.csv, chart.svg, chart.png)\n"))?;
+    Ok(None)
 }

@@ -3,8 +3,7 @@
 use clap::CommandFactory as _;
 use clap_complete::Shell;
 
-use super::{Cli, print};
-use crate::support::error::Error;
+use super::{Cli, Context, Outcome, print};
 
 /// Prints completions for a shell
 #[derive(clap::Args)]
@@ -13,8 +12,9 @@ pub struct Args {
     shell: Shell,
 }
 
-pub fn run(args: &Args) -> Result<(), Error> {
+pub fn run(args: &Args, _: &Context) -> Outcome {
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut Cli::command(), "soilsig", &mut text);
-    print(&String::from_utf8_lossy(&text))
+    print(&String::from_utf8_lossy(&text))?;
+    Ok(None)
 }

@@ -1,21 +1,19 @@
-//! `soilsig doctor`: which Blender is found, and whether it will do.
+//! `soilsig doctor`: the Blender that is found, and whether it will do.
 
 use std::fmt::Write as _;
-use std::io::{self, Write as _};
 use std::path::PathBuf;
 use std::thread;
 
 use serde_json::{Value, json};
 
+use super::{Context, print, print_json};
 use crate::blender::{Attempt, Blender, Outcome, Search};
-use crate::support::cache::Cache;
-use crate::support::error::{Error, Failure};
-use crate::support::monitor::Monitor;
+use crate::support::error::Failure;
 
-/// Says what is found on this machine and whether it will do.
-#[derive(Debug, clap::Args)]
+/// Looks for Blender and says whether it will do
+#[derive(clap::Args)]
 pub struct Args {
-    /// The Blender to examine: a blender, or a Python that can import bpy
+    /// The Blender to examine: its executable, or a Python that can import bpy
     #[arg(long, value_name = "PATH")]
     blender: Option<PathBuf>,
     /// Print one JSON object instead of text
@@ -23,28 +21,24 @@ pub struct Args {
     json: bool,
 }
 
-/// Looks for a Blender afresh and prints what came of it.
-///
-/// # Errors
-/// What is wrong, when no Blender will do.
-pub fn run(args: &Args, cache: &Cache, monitor: &dyn Monitor) -> Result<(), Error> {
-    let search = Search { afresh: true, ..Search::new(args.blender.as_deref(), cache.root()) };
-    let attempts = search.attempts(monitor);
+pub fn run(args: &Args, context: &Context) -> super::Outcome {
+    let root = context.cache.root();
+    let search = Search { afresh: true, ..Search::new(args.blender.as_deref(), root) };
+    let attempts = search.attempts(&context.terminal);
     let cores = thread::available_parallelism().map_or(1, usize::from);
-    let text = if args.json {
-        format!("{:#}\n", in_json(&attempts, cores))
+    if args.json {
+        print_json(&in_json(&attempts, cores))?;
     } else {
-        in_words(&attempts, cores)
-    };
-    // Whoever closes the pipe has read enough.
-    let _ = io::stdout().write_all(text.as_bytes());
+        print(&in_words(&attempts, cores))?;
+    }
     Search::conclude(attempts)?;
-    Ok(())
+    Ok(None)
 }
 
 fn in_words(attempts: &[Attempt], cores: usize) -> String {
-    let mut text = format!("soilsig {}, {cores} cores\n", env!("CARGO_PKG_VERSION"));
-    text += "Blender is looked for in this order:\n";
+    let version = env!("CARGO_PKG_VERSION");
+    let mut text =
+        format!("soilsig {version}, {cores} cores; Blender is looked for in this order:\n");
     let mut found = None;
     for Attempt { place, path, outcome } in attempts {
         let at = path.as_deref().map(|path| path.display().to_string()).unwrap_or_default();
@@ -60,14 +54,11 @@ fn in_words(attempts: &[Attempt], cores: usize) -> String {
         };
         let _ = writeln!(text, "  {place:<20}{what}");
     }
-    let verdict = match found {
-        None => "No Blender will do.".into(),
-        Some(blender) => match blender.warning() {
-            None => "This Blender will do.".into(),
-            Some(warning) => format!("This Blender may do: {warning}."),
-        },
-    };
-    text + &verdict + "\n"
+    let verdict = found.map_or("No Blender will do".to_owned(), |blender| {
+        let what = format!("Blender {} at {}", blender.version, blender.path.display());
+        blender.warning().map_or(format!("{what} will do"), |why| format!("{what} may do: {why}"))
+    });
+    verdict + "\n" + &text
 }
 
 fn in_json(attempts: &[Attempt], cores: usize) -> Value {

@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use super::{Bands, print, usage};
+use super::arguments::{Bands, ending};
+use super::{Context, Outcome, print, print_list, usage};
 use crate::geometry::ingest;
 use crate::products::export::{self, To};
 use crate::scene::Scene;
-use crate::support::error::Error;
 use crate::support::output;
 
-/// Writes a placed scene as a DIRSIG bundle or for Mitsuba 3, and says what could not be carried over
+/// Writes a placed scene as a DIRSIG bundle or for Mitsuba 3, and names what is lost
 #[derive(clap::Args)]
 pub struct Args {
     /// Scene file with placed geometry
@@ -26,30 +26,28 @@ pub struct Args {
     bands: Bands,
 }
 
-pub fn run(args: &Args) -> Result<(), Error> {
+pub fn run(args: &Args, _: &Context) -> Outcome {
     if args.at.len() != 3 {
         usage("--at takes three wavelengths, as in 8.5,9,11");
     }
     let scene = Scene::read(&args.scene)?;
     output::folder(&args.folder)?;
-    // Names are given as meshes and materials come: none of what is read may be of their kind and in their place.
+    // The names of written files depend on the scene: none of its own files may be in their place.
     let endings: &[&str] = match args.to {
         To::Dirsig => &["odb", "mat", "obj", "ems"],
         To::Mitsuba => &["xml", "ply"],
     };
     let mut read = ingest::files(&scene)?;
     read.extend(scene.files());
-    for file in &read {
-        let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-        if endings.contains(&ending.as_str()) {
-            output::keeps([file], [args.folder.join(file.file_name().unwrap_or_default())])?;
-        }
+    for file in read.iter().filter(|file| endings.contains(&&*ending(file))) {
+        output::keeps([file], [args.folder.join(file.file_name().unwrap_or_default())])?;
     }
     let wavelengths_um = match args.to {
         To::Dirsig => args.bands.grid().wavelengths_um(),
         To::Mitsuba => args.at.clone(),
     };
     let lost = export::export(&scene, args.to, &wavelengths_um, &args.folder)?;
-    let lost: Vec<String> = lost.iter().map(|sentence| format!("  {sentence}\n")).collect();
-    print(&format!("{}: not carried over:\n{}", args.folder.display(), lost.concat()))
+    print(&format!("scene in {}\n", args.folder.display()))?;
+    print_list("not carried over", &lost)?;
+    Ok(None)
 }

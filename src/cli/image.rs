@@ -2,18 +2,19 @@
 
 use std::path::PathBuf;
 
-use super::{Bands, Outcome, print, tolerance};
-use crate::products::image::{self, Asked, MOST_PATHS};
+use super::arguments::{Bands, tolerance};
+use super::{Context, Outcome, print, print_json};
+use crate::products::image::{self, Asked, MOST_PATHS, Made};
 use crate::scene::Scene;
 use crate::support::error::Status;
-use crate::support::monitor::{Monitor, Step};
+use crate::support::monitor::Step;
 use crate::tracer::trace;
 
 /// Traces a placed scene into a radiance image with a spectrum in every pixel
 ///
-/// Writes ENVI images (radiance, its standard errors, emissivity, maps of materials, hits and paths), all of them as
-/// NetCDF besides, and quick-looks as PNG. What the sensor is the scene's `sensor` says; without it, it sees the domain by
-/// parallel rays.
+/// Writes ENVI images of radiance, its standard errors, emissivity, and maps of materials, hits and
+/// paths; all of them as NetCDF; and quick-looks as PNG. The scene's `sensor` describes the sensor;
+/// without it, parallel rays see the domain.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scene file with placed geometry
@@ -21,17 +22,17 @@ pub struct Args {
     /// Folder to write into
     #[arg(long, short, value_name = "FOLDER")]
     out: PathBuf,
-    /// Standard error in emissivity that the widest band of each pixel is to have
+    /// Standard error in emissivity that every band of each pixel is to reach
     #[arg(long, value_name = "X", default_value_t = 0.01, value_parser = tolerance)]
     noise: f64,
     /// Most paths of a pixel
     #[arg(long, value_name = "N", default_value_t = 1 << 14,
           value_parser = clap::value_parser!(u64).range(32..=MOST_PATHS))]
     max_paths: u64,
-    /// Seed of the rays, in place of the scene's
+    /// Random seed of the rays; it replaces the scene's
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Pixels of the focal plane, in place of the scene's
+    /// Pixels of the focal plane; they replace the scene's
     #[arg(long, value_name = "COLUMNSxLINES", value_parser = pixels)]
     pixels: Option<[u32; 2]>,
     #[command(flatten)]
@@ -39,10 +40,10 @@ pub struct Args {
     /// Wavelengths of the quick-look's red, green and blue, um [default: spread over all bands]
     #[arg(long, value_name = "R,G,B", value_parser = three)]
     false_colour: Option<[f64; 3]>,
-    /// Wavelengths that are drawn as brightness temperature, um
+    /// Wavelengths to draw as brightness temperature, um
     #[arg(long, value_name = "UM,...", value_delimiter = ',', default_value = "9")]
     show: Vec<f64>,
-    /// Print what was reached as JSON
+    /// Print the numbers of the result as JSON
     #[arg(long)]
     json: bool,
 }
@@ -62,14 +63,14 @@ fn three(text: &str) -> Result<[f64; 3], String> {
     numbers.try_into().map_err(|_| "write three wavelengths, as in 12.9,10.7,8.6".into())
 }
 
-pub fn run(args: &Args, monitor: &dyn Monitor) -> Outcome {
+pub fn run(args: &Args, context: &Context) -> Outcome {
     let grid = args.bands.grid();
     let mut scene = Scene::read(&args.scene)?;
     scene.seed = args.seed.unwrap_or(scene.seed);
     if let Some(pixels) = args.pixels {
         scene.sensor.get_or_insert_default().pixels = pixels;
     }
-    // A place that cannot be written to is known before the work, not after it.
+    // Before the work, not after it.
     image::may_write(&args.out)?;
     let asked = Asked {
         noise: args.noise,
@@ -77,6 +78,7 @@ pub fn run(args: &Args, monitor: &dyn Monitor) -> Outcome {
         false_colour_um: args.false_colour,
         show_um: args.show.clone(),
     };
+    let monitor = &context.terminal;
     let step = Step::new(monitor, "load");
     let tracer = trace::tracer(&scene)?;
     step.done(&format!("{} triangles", tracer.bed().triangles()));
@@ -84,9 +86,43 @@ pub fn run(args: &Args, monitor: &dyn Monitor) -> Outcome {
     let made = image::make(&tracer, &scene, &grid, &asked, &args.out, monitor)?;
     step.done(&format!("{} paths", made.paths));
     if args.json {
-        print(&format!("{}\n", serde_json::to_string_pretty(&made).expect("plain data")))?;
+        print_json(&made)?;
     } else {
-        print(&format!("{}: {}", scene.name, made.words(&asked)))?;
+        let lines = lines(&made, &asked, context.verbose);
+        let indent = format!("\n{:1$}", "", scene.name.len() + 3);
+        print(&format!("{}   {}\n", scene.name, lines.join(&indent)))?;
+        let files = "radiance.img, image.nc, false_colour.png";
+        print(&format!("result in {} ({files})\n", args.out.display()))?;
     }
     Ok((made.capped > 0.0).then_some(Status::ToleranceNotReached))
+}
+
+/// The noise that was reached, and what limits it.
+fn lines(made: &Made, asked: &Asked, with_details: bool) -> Vec<String> {
+    let [columns, lines] = made.pixels;
+    let pixels = (columns * lines) as f64;
+    let mut text = vec![format!(
+        "{columns} x {lines} pixels, standard error in emissivity {:.4} (root mean square)",
+        made.noise
+    )];
+    text.push(format!(
+        "{:.0} % of the pixels have at most the {} asked; a smaller --noise narrows all",
+        100.0 * made.reached,
+        asked.noise
+    ));
+    if made.capped > 0.0 {
+        text.push(format!(
+            "warning: {:.0} pixels have all the {} paths allowed: raise --max-paths",
+            made.capped * pixels * (1.0 - made.empty),
+            asked.max_paths
+        ));
+    }
+    if made.empty > 0.0 {
+        text.push(format!("warning: {:.1} % of the pixels see nothing", 100.0 * made.empty));
+    }
+    if with_details {
+        let paths = made.paths as f64 / pixels;
+        text.push(format!("{} bands; {paths:.0} paths per pixel", made.bands));
+    }
+    text
 }

@@ -2,12 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::print;
+use super::{Context, Outcome, print, print_list};
 use crate::products::export;
-use crate::support::error::Error;
 use crate::support::output;
 
-/// Makes a scene file of DIRSIG's object database and material list, and says what was left out
+/// Writes a scene file from DIRSIG's object database and material list, and names what is left out
 #[derive(clap::Args)]
 pub struct Args {
     /// Object database, .odb
@@ -20,15 +19,15 @@ pub struct Args {
     out: PathBuf,
 }
 
-pub fn run(args: &Args) -> Result<(), Error> {
+pub fn run(args: &Args, _: &Context) -> Outcome {
     let mat = args.mat.clone().unwrap_or_else(|| args.odb.with_extension("mat"));
     output::keeps([&args.odb, &mat], [&args.out])?;
     output::may_write(&args.out)?;
     let folder = args.out.parent().unwrap_or(Path::new(""));
     let (scene, left_out) = export::import(&args.odb, &mat, folder)?;
-    let mut text = serde_json::to_string_pretty(&scene).expect("plain data");
-    text.push('\n');
-    output::bytes(&args.out, text.as_bytes())?;
-    let left_out: Vec<String> = left_out.iter().map(|what| format!("  {what}\n")).collect();
-    print(&format!("{}: left out:\n{}", args.out.display(), left_out.concat()))
+    let text = serde_json::to_string_pretty(&scene).expect("plain data");
+    output::bytes(&args.out, (text + "\n").as_bytes())?;
+    print(&format!("scene in {}\n", args.out.display()))?;
+    print_list("left out", &left_out)?;
+    Ok(None)
 }

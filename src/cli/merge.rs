@@ -2,15 +2,13 @@
 
 use std::path::PathBuf;
 
-use super::{Outcome, print};
-use crate::report::{self, terminal};
-use crate::signature;
-use crate::signature::budget::{Budget, Origin};
-use crate::support::error::{Error, Status};
+use super::{Context, Outcome, print};
+use crate::report::{Report, terminal};
+use crate::signature::budget::Origin;
 use crate::support::output;
 use crate::table::merge;
 
-/// Puts the bounce tables of all shards of one trace together: byte for byte the table of one run
+/// Merges the bounce tables of all shards of a trace: byte for byte the table of one run
 #[derive(clap::Args)]
 pub struct Args {
     /// Bounce tables of `soilsig trace --shard`, all of them, in any order
@@ -21,19 +19,15 @@ pub struct Args {
     out: PathBuf,
 }
 
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &Args, context: &Context) -> Outcome {
     output::keeps(&args.tables, [&args.out])?;
     output::may_write(&args.out)?;
     let table = merge::merge(&args.tables)?;
     table.write(&args.out)?;
-    let (name, tolerance) = (table.scene.clone(), table.stop.tolerance);
-    let wavelengths_um = table.stop.grid.wavelengths_um();
-    let whole = [table];
-    let bands = signature::evaluate(&whole, &wavelengths_um)?;
-    let budget = Budget::new(&whole, &bands, Origin::Given)?;
-    let reached = report::reached(&whole, &bands, &budget, tolerance);
-    print(&format!("{name}: {}", terminal::reached(&reached)))?;
-    // Where a number of paths was asked for, that is what there is.
-    let asked = whole[0].stop.max_paths.is_some();
-    Ok::<_, Error>((asked && !reached.tolerance_reached).then_some(Status::ToleranceNotReached))
+    let (um, tolerance) = (table.stop.grid.wavelengths_um(), table.stop.tolerance);
+    let tables = [table];
+    let reached = Report::new(&tables, &um, Origin::Given, tolerance, None)?.reached;
+    print(&terminal::blocks(&[(&tables[0].scene, &reached, None)], context.verbose))?;
+    print(&format!("table in {}\n", args.out.display()))?;
+    Ok(reached.status())
 }

@@ -1,13 +1,13 @@
-//! `soilsig picture`: figures of what the pipeline made.
+//! `soilsig picture`: figures of the pipeline's results.
 
 use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, Subcommand};
 
-use super::usage;
+use super::arguments::{ending, number};
+use super::{Context, Outcome, print, usage};
 use crate::draw::picture::{self, Look, MOST_PANELS, placed_scene};
 use crate::support::error::Error;
-use crate::support::monitor::Monitor;
 use crate::support::output;
 
 /// Draws a grain, the drop or the beds of earlier results; needs no Blender
@@ -44,7 +44,7 @@ enum What {
         #[command(flatten)]
         file: File,
     },
-    /// Several beds side by side at one scale, each with what is seen of its materials
+    /// Several beds side by side at one scale, each with the shares of its materials in the view
     Coverages {
         /// Folders of the pipeline's results, or placed scene files
         #[arg(required = true, num_args = 1..)]
@@ -54,7 +54,7 @@ enum What {
         #[command(flatten)]
         file: File,
     },
-    /// One bed: the sensor's view or, with --zenith or --azimuth, all of it from that side
+    /// One bed: the sensor's view or, with --zenith or --azimuth, the whole bed from that side
     Patch {
         /// Folder of the pipeline's result, or a placed scene file
         scene: PathBuf,
@@ -65,10 +65,11 @@ enum What {
     },
 }
 
-/// From where.
+/// The direction of the view.
 #[derive(ClapArgs)]
 struct Side {
-    /// Angle of the eye from straight above, degrees [default: grain 60, drop 72, coverages 0, patch 60]
+    /// Angle of the eye from straight above, degrees [default: grain 60, drop 72, coverages 0,
+    /// patch 60]
     #[arg(long, value_name = "DEGREES", value_parser = zenith)]
     zenith: Option<f64>,
     /// Angle of the eye's place from +x towards +y, degrees [default: -65; from above north is up]
@@ -94,10 +95,9 @@ impl Side {
 }
 
 impl File {
-    /// A place that cannot be written to is known before the work, not after it.
+    /// The width. Before the work it makes sure that the file can be written.
     fn width(&self, default: u16) -> Result<usize, Error> {
-        let ending = self.out.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-        if ending != "png" {
+        if ending(&self.out) != "png" {
             usage(&format!("{}: pictures are written as .png", self.out.display()));
         }
         output::may_write(&self.out)?;
@@ -106,33 +106,38 @@ impl File {
 }
 
 fn zenith(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(degrees) if (0.0..=180.0).contains(&degrees) => Ok(degrees),
-        _ => Err("it must be within 0 (straight above) to 180".into()),
-    }
+    number(text, 0.0..=180.0, "an angle within 0 (straight above) to 180")
 }
 
-pub fn run(args: &Args, monitor: &dyn Monitor) -> Result<(), Error> {
-    match &args.what {
+pub fn run(args: &Args, context: &Context) -> Outcome {
+    let monitor = &context.terminal;
+    let file = match &args.what {
         What::Grain { scene, prototype, side, file } => {
             let look = side.look(60.0, file.width(800)?);
-            picture::grain(&placed_scene(scene)?, prototype.as_deref(), look, &file.out, monitor)
+            let scene = placed_scene(scene)?;
+            picture::grain(&scene, prototype.as_deref(), look, &file.out, monitor)?;
+            file
         }
         What::Drop { scene, frames, side, file } => {
             let look = side.look(72.0, file.width(1200)?);
-            picture::drop(&placed_scene(scene)?, (*frames).into(), look, &file.out, monitor)
+            picture::drop(&placed_scene(scene)?, (*frames).into(), look, &file.out, monitor)?;
+            file
         }
         What::Coverages { scenes, side, file } => {
             let look = side.look(0.0, file.width(1000)?);
             let scenes =
                 scenes.iter().map(|path| placed_scene(path)).collect::<Result<Vec<_>, _>>()?;
-            picture::coverages(&scenes, look, &file.out, monitor)
+            picture::coverages(&scenes, look, &file.out, monitor)?;
+            file
         }
         What::Patch { scene, side, file } => {
             let width_px = file.width(800)?;
             let asked = side.zenith.is_some() || side.azimuth.is_some();
             let look = asked.then(|| side.look(60.0, width_px));
-            picture::patch(&placed_scene(scene)?, look, width_px, &file.out, monitor)
+            picture::patch(&placed_scene(scene)?, look, width_px, &file.out, monitor)?;
+            file
         }
-    }
+    };
+    print(&format!("picture in {}\n", file.out.display()))?;
+    Ok(None)
 }

@@ -1,17 +1,17 @@
-//! `soilsig replay`: a run again, and what came out differently.
+//! `soilsig replay`: repeats a run and compares the results.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::{Outcome, command_line, print, usage};
+use super::arguments::scratch;
+use super::{Context, Outcome, command_line, print, usage};
 use crate::pipeline;
 use crate::pipeline::record::Record;
 use crate::support::cache::Cache;
 use crate::support::error::{Failure, Status};
-use crate::support::monitor::Monitor;
 use crate::support::output::{self, OutputError};
 
-/// Runs a recorded run again, all of it, and compares the results byte for byte
+/// Repeats a recorded run and compares the results byte for byte
 #[derive(clap::Args)]
 pub struct Args {
     /// The run.json of the run
@@ -21,54 +21,57 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
-pub fn run(args: &Args, monitor: &dyn Monitor) -> Outcome {
+pub fn run(args: &Args, context: &Context) -> Outcome {
     let before = Record::read(&args.record)?;
-    let scratch =
-        tempfile::tempdir().map_err(|source| OutputError { path: std::env::temp_dir(), source })?;
+    let scratch = scratch()?;
     let cache = Cache::new(scratch.path().join("cache"));
     let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));
-    let folder = args.record.parent().unwrap_or(Path::new(""));
-    let same = |a: &Path, b: &Path| {
-        a.canonicalize().ok().is_some_and(|a| Some(a) == b.canonicalize().ok())
+    let folder = match args.record.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
     };
-    if same(&out, if folder == Path::new("") { Path::new(".") } else { folder }) {
+    if out.canonicalize().ok().is_some_and(|out| Some(out) == folder.canonicalize().ok()) {
         usage("--out is the folder of the recorded run, which would be overwritten: name another");
     }
+    let mut lines = Vec::new();
     for (path, sum) in &before.inputs {
         if output::sha256_hex(Path::new(path)).map_err(InputGone)? != *sum {
-            print(&format!("input changed since: {path}\n"))?;
+            lines.push(format!("input changed since: {path}"));
         }
     }
-    let after = pipeline::run(&before.options, command_line(), &out, &cache, monitor)?;
+    let after = pipeline::run(&before.options, command_line(), &out, &cache, &context.terminal)?;
     for (name, version) in &before.versions {
         if after.versions.get(name) != Some(version) {
             let now = after.versions.get(name).map_or("none", String::as_str);
-            print(&format!("version of {name}: {version} then, {now} now\n"))?;
+            lines.push(format!("version of {name}: {version} then, {now} now"));
         }
     }
-    let mut differ = false;
+    let mut differing = 0;
     for (file, then) in &before.outputs {
-        let verdict = match after.outputs.get(file) {
+        let now = after.outputs.get(file);
+        let verdict = match now {
             None => "missing now".into(),
             Some(now) if now.sha256 == then.sha256 => "the same".into(),
             Some(now) => {
-                differ |= now.reproducible;
+                let expected = if now.reproducible { "" } else { " (not counted: it holds times)" };
                 let difference = difference(&folder.join(file), &out.join(file));
-                let expected = if now.reproducible {
-                    ""
-                } else {
-                    " (not counted: it differs from run to run)"
-                };
                 format!("differs{expected}: {difference}")
             }
         };
-        differ |= !after.outputs.contains_key(file);
-        print(&format!("{file}: {verdict}\n"))?;
+        let counts = now.is_none_or(|now| now.sha256 != then.sha256 && now.reproducible);
+        differing += usize::from(counts);
+        lines.push(format!("{file}: {verdict}"));
     }
+    let files = before.outputs.len();
+    let answer = match differing {
+        0 => format!("the same result: {files} files"),
+        n => format!("another result: {n} of {files} files differ"),
+    };
+    print(&format!("{answer}\n  {}\n", lines.join("\n  ")))?;
     if let Some(out) = &args.out {
-        print(&format!("the new result is in {}\n", out.display()))?;
+        print(&format!("result in {}\n", out.display()))?;
     }
-    Ok(differ.then_some(Status::ReplayDiffers))
+    Ok((differing > 0).then_some(Status::ReplayDiffers))
 }
 
 /// An input of a recorded run is gone.
@@ -78,7 +81,7 @@ struct InputGone(OutputError);
 
 impl Failure for InputGone {
     fn hint(&self) -> Option<String> {
-        Some("put it back where it was, or run the pipeline anew".into())
+        Some("put it back, or run the pipeline anew".into())
     }
 
     fn status(&self) -> Status {
@@ -86,10 +89,10 @@ impl Failure for InputGone {
     }
 }
 
-/// Where two files differ, in words.
+/// Where two files differ.
 fn difference(then: &Path, now: &Path) -> String {
     let (Ok(then), Ok(now)) = (fs::read(then), fs::read(now)) else {
-        return "the old file is not at hand; its SHA-256 is another".into();
+        return "the old file is gone, and its SHA-256 was another".into();
     };
     let first = then.iter().zip(&now).position(|(a, b)| a != b);
     let bytes = then.iter().zip(&now).filter(|(a, b)| a != b).count();
@@ -101,6 +104,6 @@ fn difference(then: &Path, now: &Path) -> String {
     match first {
         Some(at) => format!("{bytes} bytes, the first at {at}{lengths}"),
         None if lengths.is_empty() => "the old file was changed since it was recorded".into(),
-        None => format!("one goes on longer{lengths}"),
+        None => format!("one is longer{lengths}"),
     }
 }

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Assumptions, print, usage};
+use super::arguments::{Assumptions, ending, kelvin};
+use super::{Context, Outcome, print, usage};
 use crate::products::cube::Cube;
 use crate::products::retrieve::{self, Known, RadianceError, Sky, Target};
 use crate::radiometry::{Atmosphere, Method, SkyTable, Temperature};
-use crate::scene;
+use crate::report::terminal;
 use crate::support::error::Error;
-use crate::support::monitor::Monitor;
 use crate::support::output;
 
 /// Retrieves emissivity and brightness temperature from measured radiance, by Eq. 2
@@ -16,9 +16,10 @@ use crate::support::output;
 /// The temperature of the target is given, or found from the radiance itself.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Radiance: a CSV file (wavelength_um, radiance_w_m2_sr_um), a signature.csv, or an ENVI image (.img or .hdr)
+    /// Radiance: a CSV file (wavelength_um, radiance_w_m2_sr_um), a signature.csv, or an ENVI image
+    /// (.img or .hdr)
     radiance: PathBuf,
-    /// Emissivity to write: a CSV file (standard output without it), of an image an .img file
+    /// Emissivity to write: a CSV file (standard output without it); for an image an .img file
     #[arg(long, short, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Temperature of the target, K
@@ -27,7 +28,8 @@ pub struct Args {
     /// Find the temperature from the radiance
     #[arg(long, value_enum, conflicts_with_all = ["temperature", "temperature_error"])]
     method: Option<Method>,
-    /// The sky: its temperature, K, or a CSV file of its radiance; without it that of the CSV file, else cold and black
+    /// The sky: its temperature, K, or a CSV file of its radiance. Without it the sky of the CSV
+    /// file, else cold and black
     #[arg(long, value_name = "K|FILE")]
     sky: Option<String>,
     /// Atmosphere between target and sensor: a CSV file
@@ -40,12 +42,7 @@ pub struct Args {
     assumptions: Assumptions,
 }
 
-fn kelvin(text: &str) -> Result<f64, String> {
-    let kelvin = text.parse().map_err(|_| "it must be a number".to_owned())?;
-    scene::Sky::Isotropic(kelvin).problem().map_or(Ok(kelvin), Err)
-}
-
-pub fn run(args: &Args, monitor: &dyn Monitor) -> Result<(), Error> {
+pub fn run(args: &Args, context: &Context) -> Outcome {
     let error_k = args.assumptions.temperature_error;
     let target = match (args.temperature, args.method) {
         (_, Some(method)) => Target::By(method),
@@ -62,54 +59,77 @@ pub fn run(args: &Args, monitor: &dyn Monitor) -> Result<(), Error> {
     };
     let atmosphere = args.atmosphere.as_deref().map(Atmosphere::read).transpose()?;
     let known = Known { sky, atmosphere, target, assumed: args.assumptions.assumed() };
-    let error = args.radiance_error.as_deref().map(|text| (text, text.parse::<f64>()));
     let words = args.sky.iter().chain(&args.radiance_error).map(Path::new);
     let files = words.chain([args.radiance.as_path()]).chain(args.atmosphere.as_deref());
     let read: Vec<PathBuf> =
         files.flat_map(|file| Cube::files(file).into_iter().chain([file.to_owned()])).collect();
-    let ending = args.radiance.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    if ending == "csv" {
-        let error = match error {
-            None => None,
-            Some((_, Ok(error))) if error >= 0.0 && error.is_finite() => Some(error),
-            Some((text, _)) => usage(&format!(
-                "--radiance-error {text}: for a CSV file it must be a number, 0 or more"
-            )),
-        };
-        output::keeps(read, &args.out)?;
-        let spectrum = retrieve::spectrum(&args.radiance, error, &known)?;
-        match &args.out {
-            Some(path) => output::bytes(path, spectrum.csv_text().as_bytes())?,
-            None => print(&spectrum.csv_text())?,
-        }
-        eprint!("{}", spectrum.in_words(&known));
-        return Ok(());
+    if ending(&args.radiance) == "csv" {
+        of_spectrum(args, &known, read)?;
+    } else {
+        of_image(args, &known, read, context)?;
     }
+    Ok(None)
+}
+
+/// The radiance error, if it is a number.
+fn one_error(text: &str) -> Option<f64> {
+    let error = text.parse::<f64>().ok()?;
+    if !(error >= 0.0 && error.is_finite()) {
+        usage(&format!("--radiance-error {text} is not a number, 0 or more"));
+    }
+    Some(error)
+}
+
+fn of_spectrum(args: &Args, known: &Known, read: Vec<PathBuf>) -> Result<(), Error> {
+    let error = args.radiance_error.as_deref().map(|text| {
+        let of_image = || usage(&format!("--radiance-error {text}: for a CSV file give a number"));
+        one_error(text).unwrap_or_else(of_image)
+    });
+    output::keeps(read, &args.out)?;
+    let spectrum = retrieve::spectrum(&args.radiance, error, known)?;
+    let answer = terminal::retrieved(&spectrum.retrieved);
+    match &args.out {
+        Some(path) => {
+            output::bytes(path, spectrum.csv_text().as_bytes())?;
+            print(&format!("{answer}\nresult in {}\n", path.display()))?;
+        }
+        // The numbers themselves are the answer.
+        None => print(&spectrum.csv_text())?,
+    }
+    eprint!("{}", spectrum.in_words(known));
+    Ok(())
+}
+
+fn of_image(
+    args: &Args,
+    known: &Known,
+    read: Vec<PathBuf>,
+    context: &Context,
+) -> Result<(), Error> {
     let Some(out) = &args.out else { usage("an image needs --out FILE.img") };
-    if out.extension().is_none_or(|ending| ending != "img") {
+    if ending(out) != "img" {
         usage(&format!("{}: images are written as .img, with their .hdr beside", out.display()));
     }
     output::keeps(read, retrieve::Image::files(out))?;
     let cube = Cube::read(&args.radiance)?;
-    let error = match error {
+    let error = match args.radiance_error.as_deref().map(|text| (text, one_error(text))) {
         None => RadianceError::One(0.0),
-        Some((_, Ok(error))) if error >= 0.0 && error.is_finite() => RadianceError::One(error),
-        Some((text, Ok(_))) => usage(&format!("--radiance-error {text} is not 0 or more")),
-        Some((text, Err(_))) => {
+        Some((_, Some(error))) => RadianceError::One(error),
+        Some((text, None)) => {
             let errors = Cube::read(Path::new(text))?;
-            if (errors.lines, errors.samples, &errors.wavelengths_um)
-                != (cube.lines, cube.samples, &cube.wavelengths_um)
-            {
-                usage(&format!(
-                    "{text} is not of the pixels and bands of {}",
-                    args.radiance.display()
-                ));
+            let shape = |cube: &Cube| (cube.lines, cube.samples, cube.wavelengths_um.clone());
+            if shape(&errors) != shape(&cube) {
+                let of = args.radiance.display();
+                usage(&format!("{text} does not have the pixels and bands of {of}"));
             }
             RadianceError::Cube(errors)
         }
     };
-    let image = retrieve::image(&cube, &error, &known, monitor)?;
+    let image = retrieve::image(&cube, &error, known, &context.terminal)?;
     image.write(out)?;
+    let (lines, samples, bands) = (cube.lines, cube.samples, cube.wavelengths_um.len());
+    print(&format!("emissivity of {samples} x {lines} pixels in {bands} bands\n"))?;
+    print(&format!("result in {}\n", out.display()))?;
     eprint!("{}", image.statement);
     Ok(())
 }

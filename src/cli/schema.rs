@@ -1,8 +1,7 @@
 //! `soilsig schema`: the formats of files, as JSON Schema.
 
-use super::print;
+use super::{Context, Outcome, print_json};
 use crate::scene::Scene;
-use crate::support::error::Error;
 
 /// Prints the JSON Schema of a file format
 #[derive(clap::Args)]
@@ -17,9 +16,9 @@ enum Format {
     Scene,
 }
 
-pub fn run(args: &Args) -> Result<(), Error> {
-    let schema = match args.format {
-        Format::Scene => schemars::schema_for!(Scene),
-    };
-    print(&format!("{}\n", serde_json::to_string_pretty(&schema).expect("plain data")))
+pub fn run(args: &Args, _: &Context) -> Outcome {
+    match args.format {
+        Format::Scene => print_json(&schemars::schema_for!(Scene))?,
+    }
+    Ok(None)
 }

@@ -3,19 +3,19 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::{Assumptions, Bands, ChartFormat, file_of, print, spectra, spectrum_source, usage};
+use super::arguments::{Assumptions, Bands, ChartFile, file_of, kelvin, spectrum};
+use super::{Context, Outcome, print, spectra, usage};
 use crate::draw::plot;
 use crate::radiometry::{Atmosphere, SkyTable, Temperature};
-use crate::report::{self, terminal, warnings};
+use crate::report::{self, Report, Retrieval, terminal};
 use crate::scene::Sky;
 use crate::signature;
-use crate::signature::budget::{Budget, Origin};
-use crate::spectrum::Spectrum;
+use crate::signature::budget::Origin;
 use crate::support::error::Error;
 use crate::support::output;
 use crate::table::Table;
 
-/// Evaluates bounce tables: emissivity and radiance by band, without tracing again
+/// Evaluates bounce tables: emissivity and radiance in every band, without tracing again
 #[derive(clap::Args)]
 pub struct Args {
     /// Bounce table of `soilsig trace`, or those of several packings of one recipe
@@ -27,18 +27,18 @@ pub struct Args {
     /// Chart to write as well: a .svg or .png file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
-    /// A spectrum for the chart to show beside the signature: a measured one's file, or a shipped one's name
+    /// A spectrum to show beside the signature: a measured one's file, or a shipped one's name
     #[arg(long, value_name = "SPECTRUM", requires = "plot")]
     beside: Vec<String>,
-    /// CSV file to write where the uncertainty comes from, band by band
+    /// CSV file to write the budget to: every part of the uncertainty in every band
     #[arg(long, value_name = "FILE")]
     budget: Option<PathBuf>,
-    /// Another spectrum for a material: a shipped one's name, a file or a number, each of them after inverted: if facets
-    /// of a pure bed are to make it; or fresnel:CONSTANTS
+    /// Another spectrum for a material: a shipped one's name, a file or a number, each after
+    /// inverted: to invert it by a pure bed; or fresnel:CONSTANTS
     #[arg(long = "spectrum", value_name = "MATERIAL=SPECTRUM")]
     spectra: Vec<String>,
     /// Another temperature of the scene, K
-    #[arg(long, value_name = "K")]
+    #[arg(long, value_name = "K", value_parser = kelvin)]
     temperature: Option<f64>,
     /// Another sky: its temperature, K, or a CSV file of its radiance
     #[arg(long, value_name = "K|FILE")]
@@ -52,49 +52,87 @@ pub struct Args {
     bands: Bands,
 }
 
-pub fn run(args: &Args) -> Result<(), Error> {
+pub fn run(args: &Args, context: &Context) -> Outcome {
     let given = args.spectra.iter().filter_map(|given| given.split_once('=')).map(|(_, text)| text);
     let given = given.chain(args.beside.iter().map(String::as_str)).filter_map(file_of);
     let read = args.tables.iter().chain(&args.atmosphere).map(PathBuf::as_path).chain(given);
     let read = read.chain(args.sky.as_deref().map(Path::new));
     output::keeps(read, [&args.out, &args.plot, &args.budget].into_iter().flatten())?;
-    let wavelengths_um = args.bands.grid().wavelengths_um();
-    let format = args.plot.as_deref().map(ChartFormat::of);
-    let resolve = |text: &String| Spectrum::resolve(&spectrum_source(text), Path::new(""));
-    let beside = args.beside.iter().map(resolve).collect::<Result<Vec<_>, _>>()?;
-    let beside = spectra::drawn(&args.beside, &beside, Some(args.bands.grid().range_um()))?;
+    let grid = args.bands.grid();
+    let chart_file = args.plot.as_deref().map(ChartFile::new);
+    let beside =
+        args.beside.iter().map(|text| spectrum(text)).collect::<Result<Vec<_>, Error>>()?;
+    let beside = spectra::drawn(&args.beside, &beside, Some(grid.range_um()))?;
     let mut tables = Table::read_packings(&args.tables)?;
-    let table = &mut tables[0];
+    change(&mut tables[0], args)?;
+    let temperature =
+        Temperature { error_k: args.assumptions.temperature_error, ..tables[0].temperature() };
+    let assumed = args.assumptions.assumed();
+    let origin = Origin::of_tables(tables.len());
+    let tolerance = tables[0].stop.tolerance;
+    let report = Report::new(&tables, &grid.wavelengths_um(), origin, tolerance, None)?;
+    let bands = &report.bands;
+    let csv = signature::csv_text(bands, temperature, assumed);
+    if let Some(path) = &args.out {
+        output::bytes(path, csv.as_bytes())?;
+        let scene = (&*tables[0].scene, &report.reached, None);
+        print(&terminal::blocks(&[scene], context.verbose))?;
+        print(&format!("result in {}\n", path.display()))?;
+    } else {
+        for remark in &report.reached.remarks {
+            eprintln!("warning: {remark}");
+        }
+        print(&csv)?;
+    }
+    if let Some(path) = &args.budget {
+        output::bytes(path, report.budget.csv_text().as_bytes())?;
+    }
+    for line in Retrieval::new(&tables[0], bands, assumed).lines() {
+        eprintln!("{line}");
+    }
+    if let Some(file) = chart_file {
+        let versions = BTreeMap::from([("soilsig".into(), env!("CARGO_PKG_VERSION").into())]);
+        let mut chart = report::chart(&tables[0].scene, &[(&tables, bands)], &versions);
+        chart.curves.extend(beside.curves);
+        chart.caption.extend(beside.caption);
+        chart.caption.extend(beside.credit);
+        file.write(&plot::emissivity_svg(&chart)?)?;
+    }
+    Ok(None)
+}
+
+/// Gives a table other spectra, another temperature, sky and atmosphere.
+fn change(table: &mut Table, args: &Args) -> Result<(), Error> {
+    let mut named = Vec::new();
     for given in &args.spectra {
         let Some((name, text)) = given.split_once('=') else {
-            usage(&format!("{given:?}: write MATERIAL=SPECTRUM"));
+            usage(&format!("{given:?} is not MATERIAL=SPECTRUM"));
         };
-        let twice = |other: &&String| other.split_once('=').is_some_and(|(other, _)| other == name);
-        if args.spectra.iter().filter(twice).count() > 1 {
+        if named.contains(&name) {
             usage(&format!("material {name:?} is given two spectra"));
         }
+        named.push(name);
         let names: Vec<String> = table.materials.iter().map(|m| m.name.clone()).collect();
         let Some(material) = table.materials.iter_mut().find(|m| m.name == name) else {
-            usage(&format!("the table has no material {name:?}, but {}", names.join(", ")));
+            usage(&format!("{name:?} is not a material of the table: {}", names.join(", ")));
         };
-        let spectrum = Spectrum::resolve(&spectrum_source(text), Path::new(""))?;
+        let spectrum = spectrum(text)?;
         if spectrum.is_angular() != material.spectrum.is_angular() {
             usage(&format!(
-                "{given:?}: the paths were traced with {}, which sends them on in other ways; trace the scene again",
+                "{given:?}: the paths were traced with {}, which scatters in other directions; \
+                 trace the scene again",
                 material.spectrum
             ));
         }
         material.spectrum = spectrum;
     }
     if let Some(temperature_k) = args.temperature {
-        if !(1.0..=1e4).contains(&temperature_k) {
-            usage(&format!("--temperature {temperature_k} K is not within 1 to 10000 K"));
-        }
         table.temperature_k = temperature_k;
         if table.lacks_order() {
             usage(&format!(
-                "at {temperature_k} K the scene differs in temperature from materials that have their own, and the \
-                 paths were traced without the order of their hits; trace the scene again at that temperature"
+                "at {temperature_k} K some materials have another temperature than the scene, and \
+                 the paths were traced without the order of their hits; trace the scene again at \
+                 that temperature"
             ));
         }
     }
@@ -104,49 +142,21 @@ pub fn run(args: &Args) -> Result<(), Error> {
     if let Some(path) = &args.atmosphere {
         table.atmosphere = Some(Atmosphere::read(path)?);
     }
-    let temperature =
-        Temperature { error_k: args.assumptions.temperature_error, ..table.temperature() };
-    let assumed = args.assumptions.assumed();
-    let bands = signature::evaluate(&tables, &wavelengths_um)?;
-    for remark in warnings::of_result(&tables, &bands, tables[0].stop.tolerance, None) {
-        eprintln!("warning: {remark}");
-    }
-    match &args.out {
-        Some(path) => signature::write_csv(&bands, temperature, assumed, path)?,
-        None => print(&signature::csv_text(&bands, temperature, assumed))?,
-    }
-    if let Some(path) = &args.budget {
-        let budget = Budget::new(&tables, &bands, Origin::of_tables(tables.len()))?;
-        output::bytes(path, budget.csv_text().as_bytes())?;
-    }
-    eprint!("{}", terminal::retrieval(&report::retrieval(&tables[0], &bands, assumed)));
-    if let (Some(path), Some(format)) = (&args.plot, format) {
-        let versions = BTreeMap::from([("soilsig".into(), env!("CARGO_PKG_VERSION").into())]);
-        let mut chart = report::chart(&tables[0].scene, &[(&tables, &bands)], &versions);
-        chart.curves.extend(beside.curves);
-        chart.caption.extend(beside.caption);
-        chart.caption.extend(beside.credit);
-        let svg = plot::emissivity_svg(&chart)?;
-        format.write(&svg, path)?;
-    }
     Ok(())
 }
 
-/// Gives a table another sky, if it kept of its paths what that needs.
+/// Gives a table another sky, if its paths recorded what that needs.
 fn set_sky(table: &mut Table, text: &str) -> Result<(), Error> {
-    if let Ok(kelvin) = text.parse::<f64>() {
-        let sky = Sky::Isotropic(kelvin);
-        if let Some(problem) = sky.problem() {
-            usage(&format!("--sky {problem}"));
-        }
-        (table.sky_temperature_k, table.sky_radiance) = (Some(sky), None);
+    if text.parse::<f64>().is_ok() {
+        let sky = kelvin(text).unwrap_or_else(|problem| usage(&format!("--sky {problem}")));
+        (table.sky_temperature_k, table.sky_radiance) = (Some(Sky::Isotropic(sky)), None);
         return Ok(());
     }
     let sky = SkyTable::read(Path::new(text))?;
     if sky.is_by_zenith() && table.histogram.kept.zeniths == 1 {
         usage(&format!(
-            "{text} depends on the zenith angle, and the paths were traced without it; trace the scene again with \
-             such a sky"
+            "{text} depends on the zenith angle, and the paths were traced without it; trace the \
+             scene again with such a sky"
         ));
     }
     (table.sky_temperature_k, table.sky_radiance) = (None, Some(sky));

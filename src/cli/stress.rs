@@ -2,19 +2,19 @@
 
 use std::path::PathBuf;
 
-use super::{print, usage, utf8_path};
+use super::arguments::utf8_path;
+use super::{Context, Outcome, print, usage};
 use crate::studies::stress::{self, Setting};
-use crate::support::cache::Cache;
-use crate::support::error::Error;
-use crate::support::monitor::{Monitor, Step};
+use crate::support::monitor::Step;
 
-/// Drives the method to where it fails, and notes whether the tool says so
+/// Drives the method to where it fails, and records whether the program says so
 ///
 /// Writes a CSV file for each row, a page of charts (atlas.svg, atlas.png) and a table (atlas.md).
 #[derive(clap::Args)]
 pub struct Args {
     /// Folder for the atlas
-    #[arg(long, short, value_name = "FOLDER", default_value = "out/stress", value_parser = utf8_path())]
+    #[arg(long, short, value_name = "FOLDER", default_value = "out/stress",
+          value_parser = utf8_path())]
     out: PathBuf,
     /// Fewer points and rays
     #[arg(long)]
@@ -30,10 +30,11 @@ pub struct Args {
     blender: Option<PathBuf>,
 }
 
-pub fn run(args: &Args, cache: &Cache, monitor: &dyn Monitor) -> Result<(), Error> {
+pub fn run(args: &Args, context: &Context) -> Outcome {
+    let Context { cache, terminal: monitor, .. } = context;
     if let Some(unknown) = args.rows.iter().find(|name| !stress::names().any(|row| row == **name)) {
         let names: Vec<&str> = stress::names().collect();
-        usage(&format!("there is no row {unknown:?}, but {}", names.join(", ")));
+        usage(&format!("{unknown:?} is not a row; the rows are {}", names.join(", ")));
     }
     let setting = Setting {
         quick: args.quick,
@@ -52,5 +53,6 @@ pub fn run(args: &Args, cache: &Cache, monitor: &dyn Monitor) -> Result<(), Erro
         print(&stress::line(&row))?;
         rows.push(row);
     }
-    stress::write(&rows, &args.out)
+    stress::write(&rows, &args.out)?;
+    Ok(None)
 }

@@ -1,4 +1,5 @@
-//! Progress on the terminal: a bar with the time left, plain lines elsewhere, all on standard error.
+//! Progress on the terminal: a bar with the time left, plain lines elsewhere, all on standard
+//! error.
 
 use std::io::IsTerminal;
 use std::sync::Mutex;

@@ -1,6 +1,5 @@
-//! Beds from Blender, brought to their places with all that their scenes name.
+//! Beds from Blender, copied to their places with the files that their scenes name.
 
-use std::path::Path;
 use std::time::Duration;
 
 use super::{Bed, Run};
@@ -9,26 +8,26 @@ use crate::beds::own_grains::OwnGrains;
 use crate::scene::{Packing, Placed, Scene, SceneGeometry, Sides};
 use crate::support::cache::Made;
 use crate::support::error::Error;
-use crate::support::monitor::Step;
-use crate::support::{output, random};
+use crate::support::random;
 use crate::table::Prepared;
 use crate::{blender, spectrum};
 
 impl Run<'_> {
-    /// Blender's part: the beds as placed geometry, with the scene's own materials and view.
+    /// The beds that Blender drops, as placed geometry with the scene's materials and view.
     pub(super) fn drop(
         &mut self,
         prepared: &Prepared,
         packing: &Packing,
         library: Option<&OwnGrains>,
     ) -> Result<Vec<Bed>, Error> {
-        // A recipe may be called as the settled bed is.
-        self.keeps_inputs(&[&self.of_packing(0, "scene.json")])?;
-        let step = Step::new(self.monitor, &self.key("drop"));
+        // A recipe may have the name of the settled bed.
+        self.folder.keeps_inputs(&[&self.of_packing(0, "scene.json")])?;
+        let step = self.folder.begin("drop");
+        let monitor = self.folder.monitor;
         let blender =
-            blender::find(self.options.blender.as_deref(), self.cache.blenders(), self.monitor)?;
+            blender::find(self.options.blender.as_deref(), self.cache.blenders(), monitor)?;
         if let Some(warning) = blender.warning() {
-            self.monitor.say(&format!("warning: {warning}"));
+            monitor.say(&format!("warning: {warning}"));
         }
         for (name, version) in [
             ("blender", blender.version.to_string()),
@@ -36,11 +35,11 @@ impl Run<'_> {
             ("numpy", blender.numpy.clone()),
             ("scripts", blender::scripts_sha256()),
         ] {
-            self.record.versions.insert(name.into(), version);
+            self.folder.record.versions.insert(name.into(), version);
         }
         let packings = 0..self.packings;
         let seeds: Vec<u64> = packings.map(|i| random::seed_of(packing.seed, i)).collect();
-        // For other programs, of one bed: of several, that of the first seed alone has them.
+        // Files for other programs, of a single bed only.
         let mut extra = Vec::new();
         if self.packings == 1 {
             extra.extend(["scene.glb", "scene.blend", "frames.json"]);
@@ -57,20 +56,19 @@ impl Run<'_> {
             of_first: &extra,
             time_limit: Duration::from_secs(self.options.blender_timeout_s),
         };
-        let log = |i: usize| self.place(&self.of_packing(i, "blender.log"));
+        let log = |i: usize| self.folder.place(&self.of_packing(i, "blender.log"));
         let made = order.beds(self.cache, &log, &step)?;
-        self.begin_to_write()?;
+        self.folder.begin_to_write()?;
         let mut beds = Vec::new();
         for (i, made) in made.iter().enumerate() {
             beds.push(self.bring_bed(i, made, prepared)?);
         }
         let cached = made.iter().all(|made| made.cached);
-        let seconds = step.done(if cached { "from the cache" } else { "Blender" });
-        self.stage("drop", seconds, cached);
+        self.folder.end("drop", step, "Blender", cached);
         Ok(beds)
     }
 
-    /// Copies a settled bed to its place and gives its scene the spectra, the view and a seed for its rays.
+    /// Copies a settled bed to its place and gives its scene the spectra, the view and a seed.
     fn bring_bed(
         &mut self,
         packing: usize,
@@ -79,9 +77,7 @@ impl Run<'_> {
     ) -> Result<Bed, Error> {
         let scene = &prepared.scene;
         for file in made.files.iter().filter(|file| *file != "scene.json") {
-            let name = self.of_packing(packing, file);
-            output::copy(&made.folder.join(file), &self.place(&name))?;
-            self.wrote(&name)?;
+            self.folder.copy(&made.folder.join(file), &self.of_packing(packing, file))?;
         }
         let placed = Scene::read(&made.folder.join("scene.json"))?;
         let seed = random::seed_of(scene.seed, packing);
@@ -93,31 +89,22 @@ impl Run<'_> {
         }
         self.bring_files(packing, &mut placed)?;
         let name = self.of_packing(packing, "scene.json");
-        let place = self.place(&name);
-        let mut text = serde_json::to_string_pretty(&placed).expect("plain data");
-        text.push('\n');
-        output::bytes(&place, text.as_bytes())?;
-        self.wrote(&name)?;
-        placed.file = place;
+        let text = serde_json::to_string_pretty(&placed).expect("plain data");
+        self.folder.write(&name, text + "\n")?;
+        placed.file = self.folder.place(&name);
         Ok(Bed { prepared: prepared.with(placed), tracer: None })
     }
 
     /// Copies the files that a scene names beside the placed scene, so that it can stand alone.
     fn bring_files(&mut self, packing: usize, scene: &mut Scene) -> Result<(), Error> {
         let folder = scene.folder().to_owned();
+        let below = self.of_packing(packing, "");
         for file in scene.files_mut() {
             for from in spectrum::format::files(&folder.join(&file.path)) {
-                self.bring(packing, &from, &file.copy_name(&from))?;
+                self.folder.copy(&from, &format!("{below}{}", file.copy_name(&from)))?;
             }
             *file.path = file.copy_name(file.path).into();
         }
         Ok(())
-    }
-
-    /// Copies a file beside the placed scene of a packing.
-    fn bring(&mut self, packing: usize, from: &Path, name: &str) -> Result<(), Error> {
-        let place = self.of_packing(packing, name);
-        output::copy(from, &self.place(&place))?;
-        self.wrote(&place)
     }
 }

@@ -7,30 +7,22 @@ use crate::support::error::{Failure, Status};
 /// A run asks for what its scene does not allow.
 #[derive(Debug, thiserror::Error)]
 pub enum PipelineError {
-    /// Several packings are wanted of a scene that is one.
-    #[error("{}: several packings are wanted, but the scene is placed: it is one packing", scene.display())]
-    OnePacking {
+    /// An option of recipes for a placed scene.
+    #[error("{}: {option} needs a recipe; this scene is already placed ({has})", scene.display())]
+    Placed {
         /// The scene file.
         scene: PathBuf,
+        /// The option.
+        option: &'static str,
+        /// What the placed scene has instead.
+        has: &'static str,
     },
-    /// A field is wanted of a scene that says itself what is at its sides.
-    #[error("{}: a field is wanted, but the scene is placed: it says itself what is at its sides", scene.display())]
-    FieldOfPlaced {
-        /// The scene file.
-        scene: PathBuf,
-    },
-    /// Grains are given for a scene whose grains are placed already.
-    #[error("{}: grains are given, but the scene is placed: it has its own", scene.display())]
-    GrainsOfPlaced {
-        /// The scene file.
-        scene: PathBuf,
-    },
-    /// There is no such coverage.
-    #[error("there is no coverage {wanted:?}")]
+    /// An unknown coverage.
+    #[error("{wanted:?} is not a coverage")]
     Coverage {
-        /// The coverage wanted.
+        /// The name given.
         wanted: String,
-        /// Those that there are.
+        /// The known names.
         known: String,
     },
 }
@@ -38,18 +30,15 @@ pub enum PipelineError {
 impl Failure for PipelineError {
     fn hint(&self) -> Option<String> {
         Some(match self {
-            Self::OnePacking { .. } => {
-                "give the recipe that it was dropped from, or leave --packings out".into()
-            }
-            Self::FieldOfPlaced { .. } => {
+            Self::Placed { option: "--field", .. } => {
                 r#"write "sides": {"field": {"particles": N}} into its geometry.placed.domain"#
                     .into()
             }
-            Self::GrainsOfPlaced { .. } => {
-                "give the recipe that it was dropped from, or leave --grains out".into()
+            Self::Placed { option, .. } => {
+                format!("name the recipe that it was dropped from, or leave out {option}")
             }
             Self::Coverage { known, .. } => {
-                format!("there are {known}, all, and any share from 0 to 1")
+                format!("known are {known}, all, and any share from 0 to 1")
             }
         })
     }

@@ -2,24 +2,26 @@
 
 mod bring;
 mod error;
+mod folder;
 mod options;
 mod planned;
 pub mod record;
 mod results;
 
-use std::collections::BTreeMap;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Component, Path};
 
 use sha2::{Digest, Sha256};
 
 use crate::beds::own_grains::{self, OwnGrains};
 use crate::geometry::ingest;
-use crate::pipeline::record::{Output, Record, Stage};
+use crate::pipeline::folder::Folder;
+use crate::pipeline::record::Record;
 use crate::scene::shipped::{self, COVERAGES};
 use crate::scene::{Scene, SceneGeometry};
 use crate::signature::Band;
-use crate::signature::budget::{Budget, Origin};
+use crate::signature::budget::Origin;
 use crate::signature::plan::PILOT;
+use crate::spectrum;
 use crate::support::cache::Cache;
 use crate::support::error::Error;
 use crate::support::monitor::Monitor;
@@ -27,14 +29,9 @@ use crate::support::output;
 use crate::table::Prepared;
 use crate::table::Table;
 use crate::tracer::Tracer;
-use crate::{report, spectrum};
 
 pub use error::PipelineError;
 pub use options::{Auto, HowMany, Options, Source};
-
-/// Files of a drop that differ from run to run: they hold times of day, durations or, as Blender's
-/// own file does, addresses in memory.
-const NOT_REPRODUCIBLE: [&str; 3] = ["blender.log", "drop.json", "scene.blend"];
 
 /// Files of every result.
 const WRITTEN: [&str; 7] = [
@@ -47,9 +44,11 @@ const WRITTEN: [&str; 7] = [
     "run.json",
 ];
 
-/// Runs the pipeline; all files go below `out`. `run.json` is removed before the first result is written and
-/// written last: where it is, the result is whole. A run that fails before it has a result leaves an earlier
-/// one alone; one that succeeds removes what the earlier one had and it has not.
+/// Runs the pipeline; all files go below `out`.
+///
+/// `run.json` is removed before the first result is written, and written last: where it is, the
+/// result is whole. A run that fails before it has a result leaves an earlier one alone; one that
+/// succeeds removes the files that only the earlier one had.
 pub fn run(
     options: &Options,
     command: Vec<String>,
@@ -59,58 +58,25 @@ pub fn run(
 ) -> Result<Record, Error> {
     output::folder(out)?;
     let earlier = Record::read(&out.join("run.json")).ok();
-    let mut record = Record {
-        soilsig_run: self::record::FORMAT,
-        command,
-        options: options.clone(),
-        versions: BTreeMap::from([("soilsig".into(), env!("CARGO_PKG_VERSION").into())]),
-        seeds: BTreeMap::new(),
-        inputs: BTreeMap::new(),
-        outputs: BTreeMap::new(),
-        stages: Vec::new(),
-        reached: BTreeMap::new(),
-    };
-    match &options.source {
-        Source::Coverage(name) if name == "all" => {
-            let mut curves = Vec::new();
-            for (name, text) in COVERAGES {
-                let path = format!("scenes/{name}.json");
-                let scene = Scene::parse(text, Path::new(&path))?;
-                record.versions.insert(path, sha256_of(text));
-                let mut run = Run::new(options, out, name, cache, &mut record, monitor);
-                curves.push(run.scene(scene)?);
-            }
-            let mut run = Run::new(options, out, "", cache, &mut record, monitor);
-            run.draw_all(&curves)?;
-        }
-        Source::Coverage(name) => {
-            let path = PathBuf::from(format!("scenes/{name}.json"));
-            let scene = if let Some(text) = shipped::text(name) {
-                record.versions.insert(path.display().to_string(), sha256_of(text));
-                Scene::parse(text, &path)?
-            } else if let Some(share) = name.parse().ok().filter(|s| (0.0..=1.0).contains(s)) {
-                Scene { file: path, ..shipped::with_cover(share) }
-            } else {
-                let known: Vec<_> = COVERAGES.iter().map(|(known, _)| *known).collect();
-                return Err(PipelineError::Coverage {
-                    wanted: name.clone(),
-                    known: known.join(", "),
-                }
-                .into());
-            };
-            Run::new(options, out, "", cache, &mut record, monitor).scene(scene)?;
-        }
-        Source::Scene(path) => {
-            let scene = Scene::read(path)?;
-            record.inputs.insert(path.display().to_string(), output::sha256_hex(path)?);
-            Run::new(options, out, "", cache, &mut record, monitor).scene(scene)?;
-        }
+    let mut record = Record::new(command, options);
+    let mut curves = Vec::new();
+    let scenes = scenes(&options.source, &mut record)?;
+    let several = scenes.len() > 1;
+    for scene in scenes {
+        let name = scene.name.clone();
+        let below = if several { &*name } else { "" };
+        let folder = Folder { out, below, record: &mut record, monitor };
+        curves.push(Run::new(options, cache, folder).scene(scene)?);
+    }
+    if several {
+        let folder = Folder { out, below: "", record: &mut record, monitor };
+        Run::new(options, cache, folder).draw_all(&curves)?;
     }
     for file in earlier.iter().flat_map(|earlier| earlier.outputs.keys()) {
-        // The record may be by other hands: only plain names below the folder are its files.
+        // Others may have edited the record: only plain names below the folder are its files.
         let below = Path::new(file).components().all(|part| matches!(part, Component::Normal(_)));
         let path = out.join(file);
-        // A bed of the earlier run may be what this one was asked for.
+        // A bed of the earlier run may be an input of this one.
         let is_input = |path: &Path| {
             let same =
                 |input: &String| Path::new(input).canonicalize().ok() == path.canonicalize().ok();
@@ -124,19 +90,45 @@ pub fn run(
     Ok(record)
 }
 
-fn sha256_of(text: &str) -> String {
-    output::hex(&Sha256::digest(text))
+/// The scenes of a source, recorded with their SHA-256.
+fn scenes(source: &Source, record: &mut Record) -> Result<Vec<Scene>, Error> {
+    let mut parse = |name: &str, text: &str| {
+        let path = format!("scenes/{name}.json");
+        let scene = Scene::parse(text, Path::new(&path));
+        record.versions.insert(path, output::hex(&Sha256::digest(text)));
+        scene
+    };
+    Ok(match source {
+        Source::Coverage(name) if name == "all" => {
+            COVERAGES.iter().map(|(name, text)| parse(name, text)).collect::<Result<_, _>>()?
+        }
+        Source::Coverage(name) => {
+            let share = name.parse().ok().filter(|share| (0.0..=1.0).contains(share));
+            vec![match (shipped::text(name), share) {
+                (Some(text), _) => parse(name, text)?,
+                (None, Some(share)) => {
+                    let file = format!("scenes/{name}.json").into();
+                    Scene { file, ..shipped::with_cover(share) }
+                }
+                (None, None) => {
+                    let known = COVERAGES.map(|(known, _)| known).join(", ");
+                    return Err(PipelineError::Coverage { wanted: name.clone(), known }.into());
+                }
+            }]
+        }
+        Source::Scene(path) => {
+            let scene = Scene::read(path)?;
+            record.inputs.insert(path.display().to_string(), output::sha256_hex(path)?);
+            vec![scene]
+        }
+    })
 }
 
 /// One scene's way through the stages.
 struct Run<'a> {
     options: &'a Options,
-    out: &'a Path,
-    /// Folder of this scene's files below `out`, if they are not at its top.
-    below: &'a str,
     cache: &'a Cache,
-    record: &'a mut Record,
-    monitor: &'a dyn Monitor,
+    folder: Folder<'a>,
     /// How many packings are dropped now.
     packings: usize,
 }
@@ -144,24 +136,17 @@ struct Run<'a> {
 /// A settled bed, as the tracer takes it.
 struct Bed {
     prepared: Prepared,
-    /// Loaded only if a stage needs it: a run that finds everything in the cache does not.
+    /// Loaded when a stage needs it: a run that finds everything in the cache does not.
     tracer: Option<Tracer>,
 }
 
 impl<'a> Run<'a> {
-    fn new(
-        options: &'a Options,
-        out: &'a Path,
-        below: &'a str,
-        cache: &'a Cache,
-        record: &'a mut Record,
-        monitor: &'a dyn Monitor,
-    ) -> Self {
+    fn new(options: &'a Options, cache: &'a Cache, folder: Folder<'a>) -> Self {
         let packings = match options.packings {
             HowMany::Number(number) => number,
             HowMany::Planned(_) => PILOT,
         };
-        Self { options, out, below, cache, record, monitor, packings }
+        Self { options, cache, folder, packings }
     }
 
     fn scene(&mut self, mut scene: Scene) -> Result<(Vec<Table>, Vec<Band>), Error> {
@@ -173,92 +158,69 @@ impl<'a> Run<'a> {
         }
         let library = self.library(&mut scene)?;
         // Whatever is wrong with the spectra is known before Blender is started.
-        let wavelengths_um = self.options.grid.wavelengths_um();
-        let prepared = Prepared::new(scene.clone(), &wavelengths_um)?;
+        let prepared = Prepared::new(scene.clone(), &self.options.grid.wavelengths_um())?;
         for file in scene.files().iter().flat_map(|file| spectrum::format::files(file)) {
-            let sum = output::sha256_hex(&file)?;
-            self.record.inputs.insert(file.display().to_string(), sum);
+            self.folder.reads(&file)?;
         }
         // Before any work is done.
-        self.keeps_inputs(&WRITTEN)?;
-        self.record.seeds.insert(self.key("rays"), scene.seed);
-        let mut beds = match scene.geometry.clone() {
+        self.folder.keeps_inputs(&WRITTEN)?;
+        let rays = self.folder.key("rays");
+        self.folder.record.seeds.insert(rays, scene.seed);
+        let (mut beds, tables, plan, origin) = match &scene.geometry {
             SceneGeometry::Packing(packing) => {
-                self.record.seeds.insert(self.key("packing"), packing.seed);
-                match self.options.packings {
-                    HowMany::Number(_) => self.drop(&prepared, &packing, library.as_ref())?,
-                    HowMany::Planned(_) => Vec::new(),
+                let key = self.folder.key("packing");
+                self.folder.record.seeds.insert(key, packing.seed);
+                if self.options.packings == HowMany::Planned(Auto::Auto) {
+                    let (beds, tables, plan) =
+                        self.planned(&prepared, packing, library.as_ref())?;
+                    let origin = if plan.touching { Origin::Drawn } else { Origin::of(packing) };
+                    (beds, tables, Some(plan), origin)
+                } else {
+                    let mut beds = self.drop(&prepared, packing, library.as_ref())?;
+                    let tables = self.trace(&mut beds)?;
+                    (beds, tables, None, Origin::of(packing))
                 }
-            }
-            SceneGeometry::Placed(_) if self.options.packings != HowMany::Number(1) => {
-                return Err(PipelineError::OnePacking { scene: scene.file.clone() }.into());
-            }
-            SceneGeometry::Placed(_) if self.options.field.is_some() => {
-                return Err(PipelineError::FieldOfPlaced { scene: scene.file.clone() }.into());
             }
             SceneGeometry::Placed(_) => {
-                for file in ingest::files(&scene)? {
-                    let sum = output::sha256_hex(&file)?;
-                    self.record.inputs.insert(file.display().to_string(), sum);
+                let options = [
+                    ("--packings", "one bed", self.options.packings != HowMany::Number(1)),
+                    ("--field", "it has its own sides", self.options.field.is_some()),
+                ];
+                if let Some((option, has, _)) = options.into_iter().find(|(.., asked)| *asked) {
+                    return Err(PipelineError::Placed { scene: scene.file, option, has }.into());
                 }
-                vec![Bed { prepared: prepared.clone(), tracer: None }]
+                for file in ingest::files(&scene)? {
+                    self.folder.reads(&file)?;
+                }
+                let mut beds = vec![Bed { prepared, tracer: None }];
+                let tables = self.trace(&mut beds)?;
+                (beds, tables, None, Origin::Given)
             }
         };
-        let (tables, plan) = match (self.options.packings, &scene.geometry) {
-            (HowMany::Planned(_), SceneGeometry::Packing(packing)) => {
-                let (planned, tables, plan) = self.planned(&prepared, packing, library.as_ref())?;
-                beds = planned;
-                (tables, Some(plan))
-            }
-            _ => (self.trace(&mut beds)?, None),
-        };
-        let bands = self.signature(&scene, &tables, &wavelengths_um)?;
-        let origin = match &scene.geometry {
-            SceneGeometry::Packing(_) if plan.is_some_and(|plan| plan.touching) => Origin::Drawn,
-            SceneGeometry::Packing(packing) => Origin::of(packing),
-            SceneGeometry::Placed(_) => Origin::Given,
-        };
-        let budget = Budget::new(&tables, &bands, origin)?;
-        output::bytes(&self.place("budget.csv"), budget.csv_text().as_bytes())?;
-        self.wrote("budget.csv")?;
+        let report = self.signature(&scene, &tables, origin, plan)?;
         self.picture(&mut beds[0], &tables[0])?;
-        let mut reached = report::reached(&tables, &bands, &budget, self.options.tolerance);
-        if let Some(plan) = plan {
-            reached.tolerance_reached = plan.is_whole();
-        }
-        reached.plan = plan;
-        self.record.reached.insert(scene.name, reached);
-        Ok((tables, bands))
+        self.folder.record.reached.insert(scene.name, report.reached);
+        Ok((tables, report.bands))
     }
 
-    /// The user's grains of a packing; those of `--grains` take the place of the shapes that they are of.
+    /// The user's grains of a packing. Those of `--grains` replace the shapes of their size class.
     fn library(&mut self, scene: &mut Scene) -> Result<Option<OwnGrains>, Error> {
         let folder = scene.folder().to_owned();
         let SceneGeometry::Packing(packing) = &mut scene.geometry else {
-            return match self.options.grains {
-                Some(_) => Err(PipelineError::GrainsOfPlaced { scene: scene.file.clone() }.into()),
-                None => Ok(None),
-            };
+            if self.options.grains.is_none() {
+                return Ok(None);
+            }
+            let (scene, option, has) = (scene.file.clone(), "--grains", "it has its own grains");
+            return Err(PipelineError::Placed { scene, option, has }.into());
         };
         if let Some(folder) = &self.options.grains {
             own_grains::replace_shapes(packing, folder)?;
         }
         let library = OwnGrains::of(packing, &folder)?;
         for file in library.iter().flat_map(OwnGrains::files) {
-            let sum = output::sha256_hex(&file)?;
-            self.record.inputs.insert(file.display().to_string(), sum);
+            self.folder.reads(&file)?;
         }
         Ok(library)
-    }
-
-    /// A name in the record, told apart where there are several scenes.
-    fn key(&self, name: &str) -> String {
-        if self.below.is_empty() { name.to_owned() } else { format!("{}/{name}", self.below) }
-    }
-
-    /// Where a file of this scene goes.
-    fn place(&self, file: &str) -> PathBuf {
-        self.out.join(self.below).join(file)
     }
 
     /// A file of one packing, by its path below the scene's folder.
@@ -267,29 +229,5 @@ impl<'a> Run<'a> {
             1 => file.to_owned(),
             _ => format!("packings/{}/{file}", packing + 1),
         }
-    }
-
-    /// From here on the folder holds parts of this run: an earlier record no longer speaks for it.
-    fn begin_to_write(&self) -> Result<(), Error> {
-        Ok(output::remove(&self.out.join("run.json"))?)
-    }
-
-    /// Refuses to write these files over what the run reads.
-    fn keeps_inputs(&self, files: &[&str]) -> Result<(), Error> {
-        let written = files.iter().map(|file| self.place(file));
-        Ok(output::keeps(self.record.inputs.keys(), written)?)
-    }
-
-    /// Notes a file that was written.
-    fn wrote(&mut self, file: &str) -> Result<(), Error> {
-        let sha256 = output::sha256_hex(&self.place(file))?;
-        let name = Path::new(file).file_name().unwrap_or_default().to_string_lossy();
-        let reproducible = !NOT_REPRODUCIBLE.contains(&&*name);
-        self.record.outputs.insert(self.key(file), Output { sha256, reproducible });
-        Ok(())
-    }
-
-    fn stage(&mut self, name: &str, seconds: f64, cached: bool) {
-        self.record.stages.push(Stage { name: self.key(name), seconds, cached });
     }
 }

@@ -1,17 +1,18 @@
-//! What a run of the pipeline is asked for.
+//! The options of a run of the pipeline.
 
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
 use crate::scene::Grid;
+use crate::table::Target;
 
-/// What is to be run.
+/// What is run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
-    /// A shipped scene by its coverage: `full`, `less`, `sparse`, `bare`; `all` of them; or the share of the
-    /// grains' silhouettes to be covered with fines, 0 to 1.
+    /// A shipped scene by its coverage: `full`, `less`, `sparse`, `bare`; `all` of them; or the
+    /// share of the grains' silhouettes to be covered with fines, 0 to 1.
     Coverage(String),
     /// A scene file, packing or placed.
     Scene(PathBuf),
@@ -23,14 +24,14 @@ pub enum Source {
 pub struct Options {
     /// The scene.
     pub source: Source,
-    /// The user's grains, in place of the shapes that are their size classes.
+    /// The user's grains, which replace the shapes of their size class.
     #[serde(default)]
     pub grains: Option<PathBuf>,
-    /// In place of the scene's seeds, of packing and rays both.
+    /// A seed that replaces the scene's, of packing and rays both.
     pub seed: Option<u64>,
     /// How many packings are dropped.
     pub packings: HowMany,
-    /// Particles of the field that each packing is to be a patch of; `None` for the packing within mirror sides.
+    /// Particles of the field that each packing is a patch of; `None` for mirror sides.
     pub field: Option<f64>,
     /// Half-width of the 95 % interval that every band is to reach: of several packings their mean.
     pub tolerance: f64,
@@ -41,7 +42,7 @@ pub struct Options {
     pub max_seconds: Option<f64>,
     /// The bands.
     pub grid: Grid,
-    /// Whether the settled patch is exported flat as well.
+    /// Whether the settled patch is also exported flat.
     pub patch_obj: bool,
     /// The Blender to use.
     pub blender: Option<PathBuf>,
@@ -49,11 +50,25 @@ pub struct Options {
     pub blender_timeout_s: u64,
 }
 
+impl Options {
+    /// The target of the trace of each of several beds. The rays of all together make at most half
+    /// of the tolerance, since the spread between beds needs the rest.
+    pub(super) fn target(&self, beds: usize) -> Target {
+        let tolerance = match beds {
+            1 => self.tolerance,
+            n => (self.tolerance * (n as f64).sqrt() / 2.0).min(0.5),
+        };
+        let Self { max_paths, max_seconds, .. } = *self;
+        // Given-up paths leave the same open in every bed: more beds do not lessen it.
+        Target { tolerance, max_paths, max_seconds, ..Target::of(self.tolerance) }
+    }
+}
+
 /// How many packings are dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum HowMany {
-    /// So many.
+    /// This number.
     Number(usize),
     /// As many as the tolerance takes.
     Planned(Auto),

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::results::{program, ready};
 use super::{Bed, Run};
 use crate::beds::own_grains::OwnGrains;
-use crate::report::terminal;
+use crate::report;
 use crate::scene::{Collision, Packing, SceneGeometry};
 use crate::signature;
 use crate::signature::budget::{Budget, Origin};
@@ -15,25 +15,24 @@ use crate::signature::depth::{self, Depth};
 use crate::signature::plan::{LOOK, PILOT, Plan};
 use crate::support::cache::CacheError;
 use crate::support::error::Error;
-use crate::support::monitor::Step;
 use crate::support::output::{self, OutputError};
 use crate::table::Prepared;
 use crate::table::Table;
 
-/// Packings that are too few for shallower ones to save what their pilot costs.
+/// Up to this number of packings, fewer grains do not save what their pilot costs.
 const FEW: usize = 4 * PILOT;
 
 impl Run<'_> {
-    /// Says in the record that the stages from there on were those of a pilot.
+    /// Marks the stages from there on as those of a pilot.
     fn call_pilot(&mut self, begun: usize) {
-        for stage in &mut self.record.stages[begun..] {
+        for stage in &mut self.folder.record.stages[begun..] {
             if !stage.name.starts_with("pilot ") {
                 stage.name.insert_str(0, "pilot ");
             }
         }
     }
 
-    /// As many packings as the tolerance takes, dropped until their fines touch if it takes that.
+    /// As many packings as the tolerance takes, dropped until their fines touch if that is needed.
     pub(super) fn planned(
         &mut self,
         prepared: &Prepared,
@@ -41,7 +40,7 @@ impl Run<'_> {
         library: Option<&OwnGrains>,
     ) -> Result<(Vec<Bed>, Vec<Table>, Plan), Error> {
         let tolerance = self.options.tolerance;
-        let begun = self.record.stages.len();
+        let begun = self.folder.record.stages.len();
         let wavelengths_um = &prepared.wavelengths_um;
         let (mut prepared, mut packing) = (prepared.clone(), packing.clone());
         let made = |run: &mut Self, prepared: &Prepared, packing: &Packing| {
@@ -65,8 +64,8 @@ impl Run<'_> {
                 self.packings = PILOT;
                 continue;
             }
-            self.monitor.say(&format!("plan: {}", terminal::plan(&plan, tolerance)));
-            // Those that touch have a pilot of their own, and so have shallower beds.
+            self.folder.monitor.say(&format!("plan: {}", report::plan(&plan, tolerance)));
+            // Packings that touch and shallower ones have a pilot of their own.
             let mut anew = found.touching;
             if !sought && (plan.touching || plan.to_be_dropped() > FEW) {
                 sought = true;
@@ -87,7 +86,7 @@ impl Run<'_> {
                 self.forget_packings(self.packings..most)?;
                 return Ok((beds, tables, plan));
             }
-            // Those of a pilot that are part of what is dropped next come from the cache.
+            // Packings of a pilot that are dropped again come from the cache.
             self.call_pilot(begun);
             self.packings = pilot.unwrap_or(plan.packings);
             if pilot.is_none() {
@@ -100,20 +99,10 @@ impl Run<'_> {
 
     /// Removes what a larger pilot of other beds left.
     fn forget_packings(&mut self, packings: Range<usize>) -> Result<(), Error> {
-        for packing in packings {
-            let folder = self.key(&self.of_packing(packing, ""));
-            let of_packing = |file: &String| file.starts_with(&folder);
-            let files: Vec<String> =
-                self.record.outputs.keys().filter(|file| of_packing(file)).cloned().collect();
-            for file in files {
-                output::remove(&self.out.join(&file))?;
-                self.record.outputs.remove(&file);
-            }
-        }
-        Ok(())
+        packings.into_iter().try_for_each(|i| self.folder.remove(&self.of_packing(i, "")))
     }
 
-    /// How many grains beds like those of a pilot need.
+    /// The number of grains that beds like those of a pilot need.
     fn depth(
         &mut self,
         beds: &mut [Bed],
@@ -122,8 +111,8 @@ impl Run<'_> {
         plan: &Plan,
         um: &[f64],
     ) -> Result<Option<Depth>, Error> {
-        let step = Step::new(self.monitor, &self.key("depth"));
-        let (tolerance, monitor) = (self.options.tolerance, self.monitor);
+        let step = self.folder.begin("depth");
+        let (tolerance, monitor) = (self.options.tolerance, self.folder.monitor);
         let traced: Vec<_> =
             tables.iter().map(|table| (&table.scene_sha256, table.paths)).collect();
         let spectra = &tables[0].materials;
@@ -153,18 +142,17 @@ impl Run<'_> {
         let read = std::fs::read(&path).and_then(|text| Ok(serde_json::from_slice(&text)?));
         let found: Option<Depth> =
             read.map_err(|source| CacheError(OutputError { path, source }))?;
-        let note = found.map_or("all grains are needed".into(), |found| terminal::depth(&found));
-        let seconds = step.done(&note);
-        self.stage("depth", seconds, made.cached);
+        let note = found.map_or("all grains are needed".into(), |found| report::depth(&found));
+        self.folder.end("depth", step, &note, made.cached);
         Ok(found)
     }
 }
 
-/// Name of its result in the cache.
+/// The file of its result in the cache.
 const DEPTH: &str = "depth.json";
 
-/// The plan by a pilot, or by fewer packings, of which the cells of their views tell what a pilot would differ by; grains that
-/// were left out change so much.
+/// The plan by a pilot. The cells of the views replace the spread of fewer packings. `left_out` is
+/// the change by grains that were left out.
 fn plan_of(
     tables: &[Table],
     packing: &Packing,

@@ -1,48 +1,26 @@
-//! `run.json`: what was done, with what, and what came out; enough to do it again.
+//! `run.json`: what was done, from which files, and the result; enough to repeat the run.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use crate::pipeline::Options;
-use crate::report::{Reached, terminal};
-use crate::support::error::{Error, Failure};
+use crate::report::{Cost, Reached};
+use crate::support::error::{Error, Failure, Status};
+use crate::support::file_error::FileError;
 use crate::support::output;
 
 /// The format's version, the value of `soilsig_run`.
-pub const FORMAT: u32 = 1;
+const FORMAT: u32 = 1;
 
 /// A record cannot be used.
 #[derive(Debug, thiserror::Error)]
-pub enum RecordError {
-    /// The file cannot be read.
-    #[error("cannot read the record {}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// The file is not a record.
-    #[error("{}: {source}", path.display())]
-    Form {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong, with line and column.
-        source: serde_json::Error,
-    },
-    /// A value is out of its range.
-    #[error("{}: {problem}", path.display())]
-    Value {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        problem: String,
-    },
-}
+#[error("the record of a run: {0}")]
+pub struct RecordError(#[from] FileError);
+
+impl Failure for RecordError {}
 
 /// One run of the pipeline.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -52,11 +30,12 @@ pub struct Record {
     pub soilsig_run: u32,
     /// The command line.
     pub command: Vec<String>,
-    /// What was asked, all of it.
+    /// All options.
     pub options: Options,
-    /// soilsig and, where it ran, Blender, its Python and numpy; SHA-256 of shipped scenes and scripts.
+    /// soilsig and, where it ran, Blender, its Python and numpy; SHA-256 of shipped scenes and
+    /// scripts.
     pub versions: BTreeMap<String, String>,
-    /// Every seed used, by what it was for.
+    /// Every seed, by its use.
     pub seeds: BTreeMap<String, u64>,
     /// Files read, by path, with their SHA-256.
     pub inputs: BTreeMap<String, String>,
@@ -64,7 +43,7 @@ pub struct Record {
     pub outputs: BTreeMap<String, Output>,
     /// The stages in their order.
     pub stages: Vec<Stage>,
-    /// What was reached, by scene.
+    /// The numbers of each scene's result.
     pub reached: BTreeMap<String, Reached>,
 }
 
@@ -87,20 +66,33 @@ pub struct Stage {
     pub name: String,
     /// Wall time, seconds.
     pub seconds: f64,
-    /// Whether the result was there already.
+    /// Whether the result came from the cache.
     pub cached: bool,
 }
 
-impl Failure for RecordError {}
-
 impl Record {
+    /// The record of a run that begins.
+    pub(super) fn new(command: Vec<String>, options: &Options) -> Self {
+        let version = env!("CARGO_PKG_VERSION").into();
+        Self {
+            soilsig_run: FORMAT,
+            command,
+            options: options.clone(),
+            versions: BTreeMap::from([("soilsig".into(), version)]),
+            seeds: BTreeMap::new(),
+            inputs: BTreeMap::new(),
+            outputs: BTreeMap::new(),
+            stages: Vec::new(),
+            reached: BTreeMap::new(),
+        }
+    }
+
     /// Reads a record.
     pub fn read(path: &Path) -> Result<Self, RecordError> {
-        let text = fs::read_to_string(path)
-            .map_err(|source| RecordError::Read { path: path.to_owned(), source })?;
+        let text = fs::read_to_string(path).map_err(FileError::read(path))?;
         let record: Self = serde_json::from_str(&text)
-            .map_err(|source| RecordError::Form { path: path.to_owned(), source })?;
-        let Options { tolerance, .. } = record.options;
+            .map_err(|error| FileError::wrong(path, error.to_string()))?;
+        let tolerance = record.options.tolerance;
         let problem = if record.soilsig_run != FORMAT {
             format!("version {} is not known; this program reads {FORMAT}", record.soilsig_run)
         } else if !(tolerance > 0.0 && tolerance < 1.0) {
@@ -108,58 +100,27 @@ impl Record {
         } else {
             return Ok(record);
         };
-        Err(RecordError::Value { path: path.to_owned(), problem })
+        Err(FileError::wrong(path, problem).into())
     }
 
     /// Writes the record.
     pub fn write(&self, path: &Path) -> Result<(), Error> {
-        let mut text = serde_json::to_string_pretty(self).expect("plain data");
-        text.push('\n');
-        Ok(output::bytes(path, text.as_bytes())?)
+        let text = serde_json::to_string_pretty(self).expect("plain data");
+        Ok(output::bytes(path, (text + "\n").as_bytes())?)
     }
 
-    /// Whether every tolerance was reached.
-    pub fn tolerance_reached(&self) -> bool {
-        self.reached.values().all(|reached| reached.tolerance_reached)
+    /// The exit status, if a scene did not reach its tolerance.
+    pub fn status(&self) -> Option<Status> {
+        self.reached.values().find_map(Reached::status)
     }
-}
 
-/// A run.
-pub fn in_words(record: &Record, out: &Path) -> String {
-    let mut text = String::new();
-    for (name, of) in &record.reached {
-        let _ = write!(text, "{name}: {}", terminal::reached(of));
+    /// The time that the drop and the trace of a scene took, if both ran.
+    pub fn cost(&self, scene: &str) -> Option<Cost> {
+        let seconds = |name: &str| {
+            let of_scene = format!("{scene}/{name}");
+            let is_it = |stage: &&Stage| stage.name == name || stage.name == of_scene;
+            self.stages.iter().find(is_it).filter(|stage| !stage.cached).map(|s| s.seconds)
+        };
+        Some(Cost { drop_s: seconds("drop")?, trace_s: seconds("trace")? })
     }
-    if let Some(advice) = advice(record) {
-        let _ = writeln!(text, "{advice}");
-    }
-    let seconds: f64 = record.stages.iter().map(|stage| stage.seconds).sum();
-    let _ = writeln!(text, "Result in {} ({seconds:.1} s)", out.display());
-    text
-}
-
-/// What it would cost to narrow the interval of a single scene by a tenth, by packings and by rays, where
-/// this run shows what both cost.
-fn advice(record: &Record) -> Option<String> {
-    let reached = record.reached.values().next().filter(|_| record.reached.len() == 1)?;
-    let seconds = |name: &str| {
-        let stage = record.stages.iter().find(|stage| stage.name == name)?;
-        (!stage.cached).then_some(stage.seconds)
-    };
-    let (drop, trace) = (seconds("drop")?, seconds("trace")?);
-    if reached.packings < 2 || reached.plan.is_some() {
-        return None;
-    }
-    // A tenth narrower is .81 of the variance, of which more rays can only take what is theirs.
-    let by_packings = (1.0 / 0.81 - 1.0) * (drop + trace);
-    let beyond = reached.rays_share - 0.19;
-    let by_rays = (beyond > 0.0).then(|| trace * (reached.rays_share / beyond - 1.0));
-    Some(match by_rays {
-        None => format!(
-            "A tenth narrower: {by_packings:.1} s of further packings; more rays alone cannot do it."
-        ),
-        Some(by_rays) => format!(
-            "A tenth narrower: {by_packings:.1} s of further packings, or {by_rays:.1} s of further rays."
-        ),
-    })
 }

@@ -4,37 +4,29 @@ use std::time::Duration;
 
 use rayon::prelude::*;
 
-use super::{Bed, Options, Run};
+use super::{Bed, Run};
 use crate::draw::picture;
+use crate::draw::plot::{self, Chart};
 use crate::radiometry::Assumed;
-use crate::report;
+use crate::report::{self, Report};
 use crate::scene::Scene;
+use crate::signature::budget::Origin;
+use crate::signature::plan::Plan;
 use crate::signature::{self, Band};
 use crate::support::cache::Made;
 use crate::support::error::Error;
-use crate::support::monitor::Step;
-use crate::support::output;
-use crate::table::Prepared;
-use crate::table::{Table, Target};
+use crate::table::{Prepared, Table};
 use crate::tracer::Tracer;
 use crate::tracer::trace::{self, Request};
 
 impl Run<'_> {
-    /// Every packing into a table of its own. Together their rays are to make no more than half of the
-    /// tolerance where there are several packings, whose spread needs the rest.
+    /// Traces every packing into a table of its own.
     pub(super) fn trace(&mut self, beds: &mut [Bed]) -> Result<Vec<Table>, Error> {
-        let step = Step::new(self.monitor, &self.key("trace"));
-        let tolerance = match beds.len() {
-            1 => self.options.tolerance,
-            n => (self.options.tolerance * (n as f64).sqrt() / 2.0).min(0.5),
-        };
-        let Options { max_paths, max_seconds, .. } = *self.options;
-        // What paths given up leave open is the same in every bed: more beds do not lessen it.
-        let whole = Target::of(self.options.tolerance);
-        let target = Target { tolerance, max_paths, max_seconds, ..whole };
+        let step = self.folder.begin("trace");
+        let target = self.options.target(beds.len());
         let (cache, grid, number) = (self.cache, &self.options.grid, beds.len());
-        let monitor = self.monitor;
-        // Side by side, since much of reading a bed is the work of one thread.
+        let monitor = self.folder.monitor;
+        // Side by side, since one thread does much of reading a bed.
         let made: Vec<Made> = beds
             .par_iter_mut()
             .enumerate()
@@ -52,84 +44,85 @@ impl Run<'_> {
                     Ok(table.write(&folder.join("table.json"))?)
                 })?;
                 if i > 0 {
-                    // Only the first is looked at again, for its picture.
+                    // Only the first bed is needed again, for its picture.
                     bed.tracer = None;
                 }
                 Ok(made)
             })
             .collect::<Result<_, Error>>()?;
-        self.begin_to_write()?;
+        self.folder.begin_to_write()?;
         let mut tables = Vec::new();
         for (i, made) in made.iter().enumerate() {
             let name = self.of_packing(i, "table.json");
-            output::copy(&made.folder.join("table.json"), &self.place(&name))?;
-            self.wrote(&name)?;
-            tables.push(Table::read(&self.place(&name))?);
+            self.folder.copy(&made.folder.join("table.json"), &name)?;
+            tables.push(Table::read(&self.folder.place(&name))?);
         }
         let cached = made.iter().all(|made| made.cached);
         let paths: u64 = tables.iter().map(|table| table.paths).sum();
-        let note = if cached { "from the cache".into() } else { format!("{paths} paths") };
-        let seconds = step.done(&note);
-        self.stage("trace", seconds, cached);
+        self.folder.end("trace", step, &format!("{paths} paths"), cached);
         Ok(tables)
     }
 
+    /// Evaluates the tables and writes the signature, its chart and its budget.
     pub(super) fn signature(
         &mut self,
         scene: &Scene,
         tables: &[Table],
-        wavelengths_um: &[f64],
-    ) -> Result<Vec<Band>, Error> {
-        let step = Step::new(self.monitor, &self.key("signature"));
-        let bands = signature::evaluate(tables, wavelengths_um)?;
-        let csv = self.place("signature.csv");
-        signature::write_csv(&bands, tables[0].temperature(), Assumed::EXACT, &csv)?;
-        self.wrote("signature.csv")?;
+        origin: Origin,
+        plan: Option<Plan>,
+    ) -> Result<Report, Error> {
+        let step = self.folder.begin("signature");
+        let um = self.options.grid.wavelengths_um();
+        let report = Report::new(tables, &um, origin, self.options.tolerance, plan)?;
+        let bands = &report.bands;
+        let csv = signature::csv_text(bands, tables[0].temperature(), Assumed::EXACT);
+        self.folder.write("signature.csv", csv)?;
+        self.folder.write("budget.csv", report.budget.csv_text())?;
         let title = scene.description.as_ref().unwrap_or(&scene.name);
-        let chart = report::chart(title, &[(tables, &bands)], &self.record.versions);
-        report::draw(&chart, &self.place("signature"))?;
-        self.wrote("signature.svg")?;
-        self.wrote("signature.png")?;
-        let seconds = step.done(&format!("{} bands", bands.len()));
-        self.stage("signature", seconds, false);
-        Ok(bands)
+        let chart = report::chart(title, &[(tables, bands)], &self.folder.record.versions);
+        self.draw(&chart, "signature")?;
+        self.folder.end("signature", step, &format!("{} bands", bands.len()), false);
+        Ok(report)
     }
 
-    /// The sensor's view of the first packing.
+    /// Draws the sensor's view of the first packing.
     pub(super) fn picture(&mut self, bed: &mut Bed, table: &Table) -> Result<(), Error> {
-        let step = Step::new(self.monitor, &self.key("picture"));
+        let step = self.folder.begin("picture");
         let made_from = (program(), &table.scene_sha256);
         let made = self.cache.stage("picture", &made_from, |folder| {
             let tracer = ready(&mut bed.tracer, &bed.prepared)?;
-            picture::sensor_view(tracer.bed(), &folder.join("patch.png"), self.monitor)
+            picture::sensor_view(tracer.bed(), &folder.join("patch.png"), self.folder.monitor)
         })?;
-        output::copy(&made.folder.join("patch.png"), &self.place("patch.png"))?;
-        self.wrote("patch.png")?;
-        let seconds = step.done(if made.cached { "from the cache" } else { "" });
-        self.stage("picture", seconds, made.cached);
+        self.folder.copy(&made.folder.join("patch.png"), "patch.png")?;
+        self.folder.end("picture", step, "", made.cached);
         Ok(())
     }
 
-    /// All coverages in one chart: the paper's Fig. 6.
+    /// Draws all coverages in one chart: the paper's Fig. 6.
     pub(super) fn draw_all(&mut self, curves: &[(Vec<Table>, Vec<Band>)]) -> Result<(), Error> {
         let curves: Vec<_> =
             curves.iter().map(|(tables, bands)| (&tables[..], &bands[..])).collect();
         let title = "Emissivity of quartz soil by its cover with fines";
-        let chart = report::chart(title, &curves, &self.record.versions);
-        report::draw(&chart, &self.out.join("signatures"))?;
-        self.wrote("signatures.svg")?;
-        self.wrote("signatures.png")
+        let chart = report::chart(title, &curves, &self.folder.record.versions);
+        self.draw(&chart, "signatures")
+    }
+
+    /// Writes a chart as `STEM.svg` and `STEM.png`.
+    fn draw(&mut self, chart: &Chart, stem: &str) -> Result<(), Error> {
+        let svg = plot::emissivity_svg(chart)?;
+        self.folder.write(&format!("{stem}.svg"), &svg)?;
+        self.folder.write(&format!("{stem}.png"), plot::png(&svg, plot::PIXELS_PER_UNIT)?)
     }
 }
 
-/// What tells this build of the program from another: what it traced before is not taken for its own.
+/// Identifies this build of the program, so that it does not use what another one traced.
 pub(super) fn program() -> Option<(u64, Duration)> {
     let file = std::env::current_exe().and_then(std::fs::metadata).ok()?;
     let age = file.modified().ok()?.duration_since(std::time::UNIX_EPOCH).ok()?;
     Some((file.len(), age))
 }
 
-/// The tracer of a bed, made if it is not there.
+/// The tracer of a bed, loaded if it is not there.
 pub(super) fn ready<'a>(
     tracer: &'a mut Option<Tracer>,
     prepared: &Prepared,

@@ -1,16 +1,72 @@
-//! What speaks against a result that can still be given: cause and remedy, for the record and in words.
+//! Warnings about a result that can still be given, each with cause and remedy.
 //!
-//! Whatever makes a result wrong by more than its interval says is refused or stands here. `soilsig stress` drives each
-//! of them from where it is harmless to where it is not (docs/stability.md).
+//! Whatever makes a result wrong by more than its interval says is refused or warned of here.
+//! `soilsig stress` drives each from harmless to wrong (docs: stability).
 
+use super::Reached;
 use crate::radiometry::Lit;
 use crate::signature::Band;
 use crate::spectrum::Spectrum;
-use crate::table::Table;
 use crate::table::remark::Remark;
+use crate::table::{Ended, Table};
 
-/// What speaks against the signature of packings of one recipe, their beds included; `floor_effect` is what a black and a
-/// white floor differ by. Of each kind the first.
+/// Share of paths inside a solid from which a warning is given. Where dust is seated flush, some
+/// 1e-4 are lost in the crevices by rounding; more means overlap.
+const INSIDE_NOTABLE: f64 = 1e-3;
+
+/// Everything that a result warns of.
+pub(super) fn lines(r: &Reached) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    if !r.tolerance_reached {
+        let remedy = if r.trapped_half_width >= r.tolerance / 2.0 {
+            "paths that were given up leave too much open, and more paths do not help, since \
+             reflectances are near 1"
+                .into()
+        } else if let Some(wanted) = r.packings_wanted {
+            format!("by their spread it takes {wanted} packings")
+        } else if r.packings > 1 {
+            "by their spread it takes too many packings".into()
+        } else {
+            match r.ended_by {
+                Ended::MaxSeconds => "raise --max-seconds",
+                Ended::Paths => "ask for more --paths",
+                _ => "raise --max-paths",
+            }
+            .into()
+        };
+        lines.push(format!(
+            "the tolerance was not reached: within {:.4} at {} um, {} asked; {remedy}",
+            r.half_width, r.widest_at_um, r.tolerance
+        ));
+    }
+    if !r.not_valid_um.is_empty() {
+        let range = |[from, to]: &[f64; 2]| {
+            if from == to { format!("{from}") } else { format!("{from}-{to}") }
+        };
+        lines.push(format!(
+            "fresnel facets do not hold at {} um: grains let over 1 % of the light through, or \
+             measure below ten wavelengths",
+            r.not_valid_um.iter().map(range).collect::<Vec<_>>().join(", ")
+        ));
+    }
+    for (share, least, what) in [
+        (r.missed, 0.0, "of the sensor's rays meet nothing and are left out"),
+        (r.escaped_downward, 0.0, "of the paths leave past the target's lower side: add a floor"),
+        (r.inside, INSIDE_NOTABLE, "of the paths came to be inside a solid: solids overlap"),
+    ] {
+        if share > least {
+            lines.push(format!("{:.2} % {what}", 100.0 * share));
+        }
+    }
+    for (name, source) in &r.facets {
+        lines.extend(source.warnings.iter().map(|why| format!("{name}: {why}")));
+    }
+    lines.extend(r.remarks.iter().map(ToString::to_string));
+    lines
+}
+
+/// The warnings about a signature and its beds, the first of each kind. `floor_effect` is the
+/// difference between a black and a white floor.
 pub fn of_result(
     packings: &[Table],
     bands: &[Band],
@@ -32,16 +88,12 @@ pub fn of_result(
             remarks.push(Remark::Undersampled { spectrum, error, at_um });
         }
     }
-    remarks.extend(
-        grazing_bins(table, bands)
-            .filter(|(_, error)| *error > tolerance)
-            .map(|(zenith_deg, error)| Remark::GrazingBins { zenith_deg, error }),
-    );
-    remarks.extend(
-        zenith_bins(table, bands)
-            .filter(|(_, error)| *error > tolerance)
-            .map(|(zenith_deg, error)| Remark::ZenithBins { zenith_deg, error }),
-    );
+    let zenith_deg = table.view.zenith_deg;
+    let notable = |error: Option<f64>| error.filter(|error| *error > tolerance);
+    let grazing = notable(grazing_bins(table, bands));
+    remarks.extend(grazing.map(|error| Remark::GrazingBins { zenith_deg, error }));
+    let zenith = notable(zenith_bins(table, bands));
+    remarks.extend(zenith.map(|error| Remark::ZenithBins { zenith_deg, error }));
     let mut kinds = Vec::new();
     remarks.retain(|remark| {
         let kind = std::mem::discriminant(remark);
@@ -52,9 +104,9 @@ pub fn of_result(
     remarks
 }
 
-/// The view's zenith angle, and half of what the sky's radiance changes by from its bin to the next where mirrors show it,
-/// in the worst band.
-fn zenith_bins(table: &Table, bands: &[Band]) -> Option<(f64, f64)> {
+/// Half the change of the sky's radiance from the view's bin to the next where mirrors show it, as
+/// a share of a black body's, in the worst band.
+fn zenith_bins(table: &Table, bands: &[Band]) -> Option<f64> {
     let specular = table.materials.iter().map(|m| m.specular).fold(0.0, f64::max);
     let um: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
     let lit = if specular > 0.0 { table.lit(&um).ok()? } else { Vec::new() };
@@ -65,13 +117,12 @@ fn zenith_bins(table: &Table, bands: &[Band]) -> Option<(f64, f64)> {
         let most = (at(bin) - at(bin + 1)).abs().max((at(bin) - at(bin.saturating_sub(1))).abs());
         specular * most / 2.0 / lit.l_blackbody
     };
-    let error = lit.iter().map(change).filter(|error| error.is_finite()).max_by(f64::total_cmp)?;
-    Some((table.view.zenith_deg, error))
+    lit.iter().map(change).filter(|error| error.is_finite()).max_by(f64::total_cmp)
 }
 
-/// The view's zenith angle, and half of what the reflectance of any facet by angle changes by within the bin of its
-/// cosine, in the worst band.
-fn grazing_bins(table: &Table, bands: &[Band]) -> Option<(f64, f64)> {
+/// Half the change of any angular reflectance within the bin of the view's cosine, in the worst
+/// band.
+fn grazing_bins(table: &Table, bands: &[Band]) -> Option<f64> {
     let cosines = f64::from(table.histogram.kept.cosines);
     let bin = (table.view.zenith_deg.to_radians().cos() * cosines).floor().min(cosines - 1.0);
     let change = |spectrum: &Spectrum, um: f64| {
@@ -83,5 +134,4 @@ fn grazing_bins(table: &Table, bands: &[Band]) -> Option<(f64, f64)> {
         .flat_map(|spectrum| bands.iter().map(move |b| (spectrum, b.wavelength_um)))
         .map(|(spectrum, um)| change(spectrum, um))
         .max_by(f64::total_cmp)
-        .map(|error| (table.view.zenith_deg, error))
 }

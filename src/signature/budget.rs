@@ -1,68 +1,66 @@
-//! Where a result's uncertainty comes from, band by band, each part measured on the very beds of the result.
+//! The uncertainty of each band's emissivity, part by part, measured on the beds of the result.
 //!
-//! What is drawn at random, rays and packings, makes an interval. What leaves a thing open, the floor and paths given up,
-//! is a bound, and so is of the rim what is beyond its standard error: bounds are added to the interval. What hulls that
-//! keep fines apart, the number and the spectra of facets, and straight lines between bands bring is told beside: no bed makes
-//! these smaller.
+//! Rays and packings give an interval. The floor, given-up paths and the significant part of the
+//! rim are bounds, added to it. Not included: fines kept apart by hulls, the number and the spectra
+//! of facets, and interpolation between bands. No further bed makes these smaller.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::cells::OfCells;
-use crate::histogram::Histogram;
+use super::cells::{self, OfCells};
 use crate::scene::{Collision, Packing};
 use crate::signature::{self, Band};
 use crate::spectrum::Spectrum;
 use crate::support::csv::{Csv, decimals};
 use crate::support::error::Error;
 use crate::support::statistics::{T_95, quantile_95};
-use crate::table::Table;
+use crate::table::{Table, TableMaterial};
 
-/// What the emissivity of one band is uncertain by. Every number is a half-width in emissivity: of a 95 % interval where
-/// chance is at work, else a bound.
+/// The uncertainty of one band's emissivity. Every number is a half-width in emissivity: of a 95 %
+/// interval for rays, packings and spectra, else a bound.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Share {
     /// The band, um.
     pub wavelength_um: f64,
-    /// All of the following up to `given_up`: the interval of packings and rays together, and the bounds.
+    /// The interval of packings and rays together, and the bounds `rim`, `floor` and `given_up`.
     pub total: f64,
     /// Noise of the rays.
     pub rays: f64,
-    /// What packings of the recipe differ by: by their spread, or by that between the cells of their views where it is
-    /// more or there is only one. `None` where the geometry is as given, and no draw.
+    /// Differences between packings of the recipe: by their spread or by that between the cells of
+    /// their views, whichever is more. `None` where the geometry is given.
     pub packings: Option<f64>,
-    /// What the bed differs by within the ring of the outer cells: of the difference what is more than its standard error.
+    /// Difference between the inner cells and all: the part beyond one standard error.
     pub rim: Option<f64>,
-    /// What a black or a white floor would change.
+    /// Change by a black or a white floor.
     pub floor: f64,
-    /// What paths that were given up leave open.
+    /// What given-up paths leave open.
     pub given_up: f64,
-    /// What hulls that keep fines apart may make: [`APART`] of the reflectance, not measured on these beds. `None` where
-    /// fines touch, or there are none.
+    /// Effect of hulls that keep fines apart: [`APART`] of the reflectance, not measured on these
+    /// beds. `None` where fines touch, or there are none.
     pub apart: Option<f64>,
-    /// What grains of more or fewer facets may make: [`FACETS`] of the reflectance, not measured on these beds. `None` where
-    /// the geometry is as given.
+    /// Effect of more or fewer facets on a grain: [`FACETS`] of the reflectance, not measured on
+    /// these beds. `None` where the geometry is given.
     pub facets: Option<f64>,
-    /// What straight lines from this band to its neighbours miss half-way.
+    /// Error of linear interpolation half-way to the next band.
     pub spectral_step: f64,
-    /// What the errors of the facets' spectra make, as far as these are known.
+    /// Effect of the errors of the facets' spectra, as far as these are known.
     pub spectra: f64,
 }
 
 /// Where the geometry of a result comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Origin {
-    /// It is as given.
+    /// It is given.
     Given,
-    /// Its beds are draws of a recipe.
+    /// Its beds are random draws of a recipe.
     Drawn,
-    /// The same, and hulls keep the fines of neighbours apart.
+    /// The same, and hulls keep the fines of neighbouring grains apart.
     DrawnApart,
 }
 
 impl Origin {
-    /// Of tables of which nothing else is known: a single one is taken as given.
+    /// Of tables whose recipe is not known: the geometry of a single one is taken as given.
     pub fn of_tables(number: usize) -> Self {
         if number > 1 { Self::Drawn } else { Self::Given }
     }
@@ -75,23 +73,23 @@ impl Origin {
     }
 }
 
-/// Beds dropped as hulls reflect too little by so much of their reflectance, at most: measured on the shipped recipes
-/// (docs/geometry.md).
+/// Beds dropped as hulls reflect less by at most this share of their reflectance: measured on the
+/// shipped recipes (docs: geometry).
 const APART: f64 = 0.03;
 
-/// Beds of grains with one rib fewer, and so three quarters of the facets, reflect less by up to so much of their reflectance;
-/// fines of another number of ribs change less (docs/geometry.md).
+/// Beds of grains with one rib fewer, three quarters of the facets, reflect less by up to this
+/// share of their reflectance (docs: geometry).
 const FACETS: f64 = 0.02;
 
 /// The budget of a result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Budget {
-    /// By band.
+    /// The uncertainty of each band.
     pub bands: Vec<Share>,
     /// Materials whose spectra come without an error.
     pub spectra_unknown: Vec<String>,
-    /// Most that any band changes between a black and a white floor: what is left of the tray in the result. `None` where
-    /// there is no floor, or where something else is made of its material.
+    /// Largest change of any band between a black and a white floor. `None` where there is no
+    /// floor, or where something else is made of its material.
     pub floor_effect: Option<f64>,
 }
 
@@ -110,6 +108,25 @@ const COLUMNS: [&str; 11] = [
     "spectra_half_width_95",
 ];
 
+/// The 95 % interval of rays and packings.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Chance {
+    /// Half-width of both together.
+    pub(super) both: f64,
+    /// Half-width without the rays; `None` where the geometry is given.
+    pub(super) packings: Option<f64>,
+}
+
+impl Chance {
+    /// From the half-width of the rays, and those by the spread between beds and between cells,
+    /// which hold the noise of the rays. A few beds may agree by luck, so the wider one counts.
+    pub(super) fn new(rays: f64, by_spread: Option<f64>, by_cells: Option<f64>) -> Self {
+        let both = [by_spread, by_cells].into_iter().flatten().fold(rays, f64::max);
+        let packings = (both * both - rays * rays).max(0.0).sqrt();
+        Self { both, packings: by_spread.or(by_cells).map(|_| packings) }
+    }
+}
+
 impl Budget {
     /// The budget of a signature.
     pub fn new(packings: &[Table], bands: &[Band], origin: Origin) -> Result<Self, Error> {
@@ -118,27 +135,21 @@ impl Budget {
         let reflectances = table.reflectances(&um)?;
         let steps = steps(packings, &reflectances, &um)?;
         let sources = sources(table);
-        let cells: Option<Vec<&Histogram>> = (origin != Origin::Given)
-            .then(|| packings.iter().map(|table| table.cells.as_ref()).collect())
-            .flatten();
+        let cells = (origin != Origin::Given).then(|| cells::of_tables(packings)).flatten();
         let share = |((band, rho), step): ((&Band, &Vec<f64>), &f64)| -> Result<_, Error> {
             let e = band.emissivity;
             let rays = T_95 * e.rays_standard_error;
-            let of_cells = cells.as_deref().map(|cells| OfCells::new(cells, rho));
-            // A few packings may agree by luck: the cells of their views know better. Both hold the noise of the rays.
+            let of_cells = cells.as_deref().map(|cells| OfCells::of_weights(cells, rho));
             let by_spread = e.spread.map(|_| quantile_95(packings.len()) * e.standard_error);
-            let by_cells = of_cells.map(|of_cells| of_cells.half_width());
-            let drawn = by_spread.is_some() || by_cells.is_some();
-            let chance = [by_spread, by_cells].into_iter().flatten().fold(rays, f64::max);
-            let packings_alone = drawn.then(|| (chance * chance - rays * rays).max(0.0).sqrt());
+            let chance = Chance::new(rays, by_spread, of_cells.map(|cells| cells.half_width()));
             let rim = of_cells.map(|of_cells| of_cells.rim);
             let by_floor = table.floor.map(|floor| floor_changes(packings, floor, rho, e.mean));
             let floor = by_floor.map_or(0.0, |[black, white]| black.abs().max(white.abs()));
             let share = Share {
                 wavelength_um: band.wavelength_um,
-                total: chance + rim.unwrap_or(0.0) + floor + e.trapped,
+                total: chance.both + rim.unwrap_or(0.0) + floor + e.trapped,
                 rays,
-                packings: packings_alone,
+                packings: chance.packings,
                 rim,
                 floor,
                 given_up: e.trapped,
@@ -150,7 +161,7 @@ impl Budget {
             Ok((share, by_floor.map_or(0.0, |[black, white]| black - white)))
         };
         let of_bands: Vec<_> = bands.iter().zip(&reflectances).zip(&steps).collect();
-        let unknown = |m: &&crate::table::TableMaterial| !m.spectrum.has_error();
+        let unknown = |m: &&TableMaterial| !m.spectrum.has_error();
         let (shares, by_floor): (Vec<Share>, Vec<f64>) =
             of_bands.into_par_iter().map(share).collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
         Ok(Self {
@@ -165,7 +176,7 @@ impl Budget {
         })
     }
 
-    /// The band whose total is widest.
+    /// The band with the widest total.
     ///
     /// # Panics
     /// Without a band.
@@ -197,22 +208,24 @@ impl Budget {
     }
 }
 
-/// By how much a black and a white floor change the emissivity: what lies deeper than the bed is between them.
-fn floor_changes(
-    packings: &[Table],
-    floor: usize,
-    reflectance: &[f64],
-    emissivity: f64,
-) -> [f64; 2] {
-    let cosines = usize::from(packings[0].histogram.kept.cosines);
-    [0.0, 1.0].map(|rho| {
-        let mut changed = reflectance.to_vec();
-        changed[floor * cosines..(floor + 1) * cosines].fill(rho);
-        signature::emissivity(packings, &changed).mean - emissivity
-    })
+/// Changes of the emissivity by a black and by a white floor. Whatever lies deeper is between them.
+fn floor_changes(packings: &[Table], floor: usize, rho: &[f64], emissivity: f64) -> [f64; 2] {
+    [0.0, 1.0].map(|of_floor| with(packings, rho, &[floor], |_| of_floor) - emissivity)
 }
 
-/// What straight lines between bands miss half-way, the more of both sides.
+/// The emissivity after a change of the reflectance of some materials.
+fn with(packings: &[Table], rho: &[f64], materials: &[usize], change: impl Fn(f64) -> f64) -> f64 {
+    let cosines = usize::from(packings[0].histogram.kept.cosines);
+    let mut changed = rho.to_vec();
+    for material in materials {
+        for rho in &mut changed[material * cosines..(material + 1) * cosines] {
+            *rho = change(*rho);
+        }
+    }
+    signature::emissivity(packings, &changed).mean
+}
+
+/// The error of linear interpolation half-way to the next band, the larger of both sides.
 fn steps(packings: &[Table], reflectances: &[Vec<f64>], um: &[f64]) -> Result<Vec<f64>, Error> {
     let middles: Vec<f64> = um.windows(2).map(|pair| f64::midpoint(pair[0], pair[1])).collect();
     let of = |reflectances: &[Vec<f64>]| -> Vec<f64> {
@@ -228,7 +241,7 @@ fn steps(packings: &[Table], reflectances: &[Vec<f64>], um: &[f64]) -> Result<Ve
     Ok((0..um.len()).map(|i| at(i).max(if i > 0 { at(i - 1) } else { 0.0 })).collect())
 }
 
-/// The distinct spectra of a table, each with the materials that have it: their errors go together.
+/// The distinct spectra of a table, each with its materials, whose errors are fully correlated.
 fn sources(table: &Table) -> Vec<(&Spectrum, Vec<usize>)> {
     let mut sources: Vec<(&Spectrum, Vec<usize>)> = Vec::new();
     for (i, material) in table.materials.iter().enumerate() {
@@ -240,90 +253,31 @@ fn sources(table: &Table) -> Vec<(&Spectrum, Vec<usize>)> {
     sources
 }
 
-/// What known errors of spectra make of the emissivity, those of different spectra independent.
+/// Half-width by the known errors of spectra, which are taken as normal and independent.
 fn spectra(
     packings: &[Table],
     sources: &[(&Spectrum, Vec<usize>)],
     um: f64,
     reflectance: &[f64],
 ) -> Result<f64, Error> {
-    let cosines = usize::from(packings[0].histogram.kept.cosines);
-    let of = |rho: &[f64]| signature::emissivity(packings, rho).mean;
     let mut squares = 0.0;
     for (spectrum, materials) in sources {
         let error = spectrum.error(um)?.unwrap_or(0.0);
         if error > 0.0 {
-            let changed = |by: f64| {
-                let mut rho = reflectance.to_vec();
-                for &material in materials {
-                    for rho in &mut rho[material * cosines..(material + 1) * cosines] {
-                        *rho = (*rho + by).clamp(0.0, 1.0);
-                    }
-                }
-                of(&rho)
-            };
-            squares += ((changed(error) - changed(-error)) / 2.0).powi(2);
+            let [more, less] = [error, -error]
+                .map(|by| with(packings, reflectance, materials, |rho| (rho + by).clamp(0.0, 1.0)));
+            squares += ((more - less) / 2.0).powi(2);
         }
     }
-    // Normally distributed, for want of a better.
     Ok(1.96 * squares.sqrt())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::histogram::tally::{CELLS, Kept, PARTS};
-
-    /// A bed whose paths hit so many facets in each cell, of a reflectance that tests put at a half.
-    fn cells(hits: impl Fn(u16, u16) -> u16) -> Histogram {
-        let of = |n: u16| {
-            let its = |cell: &u16| hits(cell % CELLS, cell / CELLS) == n;
-            let counts = (0..CELLS * CELLS).filter(its).map(|cell| (cell, 10)).collect();
-            ([n].into(), counts)
-        };
-        Histogram {
-            kept: Kept::PLAIN,
-            parts: PARTS,
-            escaped: vec![of(1), of(2)],
-            trapped: Vec::new(),
-            ended: Vec::new(),
-        }
-    }
-
-    fn rim_and_middle() -> Histogram {
-        cells(|x, y| if (1..3).contains(&x) && (1..3).contains(&y) { 1 } else { 2 })
-    }
-
-    /// Four cells of .5 within twelve of .25: their mean is .3125, their variance .0125.
-    #[test]
-    fn a_rim_is_what_the_inner_cells_differ_by_beyond_chance() {
-        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-6, "{a} and {b}");
-        let one = OfCells::new(&[&rim_and_middle()], &[0.5]);
-        // Student's t of 15 degrees of freedom, of three beds of 45.
-        close(one.half_width(), 2.131_45 * (0.0125_f64 / 16.0).sqrt());
-        let by_chance = 0.75 * (0.0125_f64 / 3.0).sqrt();
-        close(one.rim, 0.1875 - by_chance);
-
-        let bed = rim_and_middle();
-        let three = OfCells::new(&[&bed, &bed, &bed], &[0.5]);
-        close(three.spread, one.spread);
-        close(three.half_width(), 2.014_103 * (0.0125_f64 / 48.0).sqrt());
-        close(three.rim, 0.1875 - by_chance / 3.0_f64.sqrt());
-    }
-
-    /// Of a chequerboard the inner cells are as all of them.
-    #[test]
-    fn cells_that_differ_without_a_rim_have_none() {
-        let board = OfCells::new(&[&cells(|x, y| 1 + (x + y) % 2)], &[0.5]);
-        assert!(board.half_width() > 0.06, "{}", board.half_width());
-        assert_eq!(board.rim, 0.0);
-        // Beds whose rims differ in sign have none in common.
-        let other = cells(|x, y| if (1..3).contains(&x) && (1..3).contains(&y) { 2 } else { 1 });
-        assert_eq!(OfCells::new(&[&rim_and_middle(), &other], &[0.5]).rim, 0.0);
-    }
 
     #[test]
-    fn what_does_not_apply_is_empty_in_the_file_and_the_widest_band_is_found() {
+    fn parts_that_do_not_apply_are_empty_in_the_file_and_the_widest_band_is_found() {
         let share = Share {
             wavelength_um: 8.63,
             total: 0.25,

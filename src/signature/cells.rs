@@ -1,66 +1,112 @@
-//! What beds differ by, told from the cells of the view of one or a few of them.
+//! How much beds differ, estimated from the cells of the views of one or a few of them.
 
 use crate::histogram::tally::CELLS;
 use crate::histogram::{Estimate, Histogram, Mean};
 use crate::support::statistics::quantile_95;
 use crate::table::Table;
 
-const CELLS_ALL: usize = (CELLS * CELLS) as usize;
+const SIDE: usize = CELLS as usize;
 
-/// What the cells of beds' views say.
+/// A number for each cell of a bed's view, row by row.
+pub(super) type Cells = [f64; SIDE * SIDE];
+
+/// What the cells of beds' views say of a mean over all cells.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct OfCells {
     beds: usize,
-    /// Standard deviation of a bed's mean, by the spread between its cells.
+    /// Standard deviation of a bed's mean, from the spread between its cells.
     pub(super) spread: f64,
+    /// How much the inner cells differ from all: the part beyond one standard error.
     pub(super) rim: f64,
 }
 
 impl OfCells {
-    pub(super) fn new(beds: &[&Histogram], reflectance: &[f64]) -> Self {
-        let of_beds: Vec<[f64; CELLS_ALL]> =
-            beds.iter().map(|cells| cells.weight_of_groups(reflectance)).collect();
-        let n = of_beds.len() as f64;
+    /// From the cells of each bed.
+    pub(super) fn new(beds: &[Cells]) -> Self {
         let mut variance = 0.0;
         let mut differences = Vec::new();
-        for cells in &of_beds {
+        for cells in beds {
             let mean = cells.iter().sum::<f64>() / cells.len() as f64;
             let squares: f64 = cells.iter().map(|cell| (cell - mean).powi(2)).sum();
-            variance += squares / (cells.len() - 1) as f64 / n;
-            let side = usize::from(CELLS);
+            variance += squares / (cells.len() - 1) as f64 / beds.len() as f64;
             let is_inner =
-                |i: &usize| [i % side, i / side].iter().all(|x| (1..side - 1).contains(x));
+                |i: &usize| [i % SIDE, i / SIDE].iter().all(|x| (1..SIDE - 1).contains(x));
             let inner: Vec<f64> = (0..cells.len()).filter(is_inner).map(|i| cells[i]).collect();
             differences.push(inner.iter().sum::<f64>() / inner.len() as f64 - mean);
         }
-        let rim = Estimate::of(
-            &differences
-                .iter()
-                .map(|&mean| Mean {
-                    mean,
-                    // Inner cells are a quarter of all: by them and the others, 1/4 + 1/12 of a cell's variance, times 3/4.
-                    standard_error: 0.75 * (variance / 3.0).sqrt(),
-                    trapped: 0.0,
-                })
-                .collect::<Vec<_>>(),
-        );
+        // A quarter of the cells are inner: a difference has (1/4 + 1/12) (3/4)^2 of their
+        // variance.
+        let standard_error = 0.75 * (variance / 3.0).sqrt();
+        let of_bed = |&mean: &f64| Mean { mean, standard_error, trapped: 0.0 };
+        let rim = Estimate::of(&differences.iter().map(of_bed).collect::<Vec<_>>());
         Self {
             beds: beds.len(),
-            spread: (variance / CELLS_ALL as f64).sqrt(),
+            spread: (variance / (SIDE * SIDE) as f64).sqrt(),
             rim: (rim.mean.abs() - rim.standard_error).max(0.0),
         }
     }
 
-    /// Of the 95 % interval of the mean over all cells.
+    /// From the weight of each cell in a band.
+    pub(super) fn of_weights(beds: &[&Histogram], reflectance: &[f64]) -> Self {
+        let cells = beds.iter().map(|cells| cells.weight_of_groups(reflectance));
+        Self::new(&cells.collect::<Vec<Cells>>())
+    }
+
+    /// Half-width of the 95 % interval of the mean over all cells.
     pub(super) fn half_width(&self) -> f64 {
-        let freedom = self.beds * (CELLS_ALL - 1);
+        let freedom = self.beds * (SIDE * SIDE - 1);
         quantile_95(freedom + 1) * self.spread / (self.beds as f64).sqrt()
     }
 }
 
-/// Standard deviation that packings may have, by that between the cells within each of a few of them; `None` where the
-/// target does not fill the view.
+/// The cells of each table; `None` where a target does not fill the view.
+pub(super) fn of_tables(packings: &[Table]) -> Option<Vec<&Histogram>> {
+    packings.iter().map(|table| table.cells.as_ref()).collect()
+}
+
+/// The standard deviation between packings, estimated from the spread between the cells of a few;
+/// `None` where the target does not fill the view.
 pub fn spread_by_cells(packings: &[Table], reflectance: &[f64]) -> Option<f64> {
-    let cells: Option<Vec<_>> = packings.iter().map(|table| table.cells.as_ref()).collect();
-    Some(OfCells::new(&cells?, reflectance).spread)
+    Some(OfCells::of_weights(&of_tables(packings)?, reflectance).spread)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cells(of: impl Fn(usize, usize) -> f64) -> Cells {
+        std::array::from_fn(|i| of(i % SIDE, i / SIDE))
+    }
+
+    fn middle(inner: f64, outer: f64) -> Cells {
+        let is_inner = |x: usize| (1..3).contains(&x);
+        cells(|x, y| if is_inner(x) && is_inner(y) { inner } else { outer })
+    }
+
+    /// Four cells of 0.5 within twelve of 0.25: their mean is 0.3125, their variance 0.0125.
+    #[test]
+    fn the_rim_is_the_difference_of_the_inner_cells_beyond_chance() {
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-6, "{a} and {b}");
+        let bed = middle(0.5, 0.25);
+        let one = OfCells::new(&[bed]);
+        // Student's t: 15 degrees of freedom, of three beds 45.
+        close(one.half_width(), 2.131_45 * (0.0125_f64 / 16.0).sqrt());
+        let by_chance = 0.75 * (0.0125_f64 / 3.0).sqrt();
+        close(one.rim, 0.1875 - by_chance);
+
+        let three = OfCells::new(&[bed; 3]);
+        close(three.spread, one.spread);
+        close(three.half_width(), 2.014_103 * (0.0125_f64 / 48.0).sqrt());
+        close(three.rim, 0.1875 - by_chance / 3.0_f64.sqrt());
+    }
+
+    /// The inner cells of a chequerboard have the mean of all.
+    #[test]
+    fn cells_that_differ_without_a_rim_have_none() {
+        let board = OfCells::new(&[cells(|x, y| if (x + y) % 2 == 0 { 0.5 } else { 0.25 })]);
+        assert!(board.half_width() > 0.06, "{}", board.half_width());
+        assert_eq!(board.rim, 0.0);
+        // Rims of opposite sign cancel.
+        assert_eq!(OfCells::new(&[middle(0.5, 0.25), middle(0.25, 0.5)]).rim, 0.0);
+    }
 }

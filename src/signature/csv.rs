@@ -1,88 +1,68 @@
 //! A signature as CSV.
 
-use std::path::Path;
-
 use super::{Band, retrieve};
 use crate::histogram::Estimate;
-use crate::radiometry::{Assumed, Temperature};
+use crate::radiometry::{Assumed, Retrieved, Temperature};
 use crate::support::csv::{Csv, decimals};
-use crate::support::output::{self, OutputError};
 
-/// Headings of a signature's CSV file.
-pub const COLUMNS: [&str; 24] = [
-    "wavelength_um",
-    "emissivity",
-    "emissivity_standard_error",
-    "emissivity_half_width_95",
-    "emissivity_standard_error_rays",
-    "emissivity_sd_packings",
-    "l_emitted_w_m2_sr_um",
-    "l_reflected_w_m2_sr_um",
-    "l_target_w_m2_sr_um",
-    "l_emitted_standard_error_w_m2_sr_um",
-    "l_reflected_standard_error_w_m2_sr_um",
-    "l_target_standard_error_w_m2_sr_um",
-    "l_blackbody_w_m2_sr_um",
-    "l_downwelling_w_m2_sr_um",
-    "l_sensor_w_m2_sr_um",
-    "l_sensor_standard_error_w_m2_sr_um",
-    "brightness_temperature_k",
-    "brightness_temperature_standard_error_k",
-    "amplification",
-    "emissivity_eq2",
-    "emissivity_eq2_standard_error",
-    "emissivity_eq3",
-    "emissivity_eq3_standard_error",
-    "valid",
-];
-
-/// A signature as CSV, with what Eq. 2 and 3 give of it for a target of that temperature. What is not known, and bands
-/// that are masked, have empty fields.
-pub fn csv_text(bands: &[Band], temperature: Temperature, assumed: Assumed) -> String {
-    let mut csv = Csv::new(&COLUMNS);
-    for (b, retrieved) in bands.iter().zip(retrieve(bands, temperature, assumed)) {
-        let e = b.emissivity;
-        let both = |of: Estimate| [Some(of.mean), Some(of.standard_error)];
-        let [sensor, sensor_error] = b.path.map_or([None; 2], |_| both(b.l_sensor()));
-        let brightness = b.measured().brightness_temperature();
-        let eq3 = b.emissivity_eq3(temperature);
-        let numbers = [
-            Some(e.mean),
-            Some(e.standard_error),
-            Some(e.half_width),
-            Some(e.rays_standard_error),
-            // Of a single packing the spread is not known.
-            e.spread,
-            Some(b.l_emitted.mean),
-            Some(b.l_reflected.mean),
-            Some(b.l_target.mean),
-            Some(b.l_emitted.standard_error),
-            Some(b.l_reflected.standard_error),
-            Some(b.l_target.standard_error),
-            Some(b.l_blackbody),
-            Some(b.l_downwelling),
-            sensor,
-            sensor_error,
-            brightness.map(|t| t.k),
-            brightness.map(|t| t.error_k),
-            Some(retrieved.amplification),
-            retrieved.emissivity.map(|[e, _]| e),
-            retrieved.emissivity.map(|[_, error]| error),
-            Some(eq3[0]),
-            Some(eq3[1]),
-        ];
-        let (um, valid) = (b.wavelength_um.to_string(), u8::from(b.valid).to_string());
-        csv.row([um].into_iter().chain(numbers.map(decimals)).chain([valid]));
-    }
-    csv.text()
+/// A band with all that its row is made of.
+struct Row<'a> {
+    band: &'a Band,
+    emissivity: Estimate,
+    /// Only behind an atmosphere.
+    l_sensor: Option<Estimate>,
+    brightness: Option<Temperature>,
+    eq2: Retrieved,
+    eq3: [f64; 2],
 }
 
-/// Writes a signature as [CSV](csv_text).
-pub fn write_csv(
-    bands: &[Band],
-    temperature: Temperature,
-    assumed: Assumed,
-    path: &Path,
-) -> Result<(), OutputError> {
-    output::bytes(path, csv_text(bands, temperature, assumed).as_bytes())
+/// A heading and its value; what is not known, and what Eq. 2 gives of masked bands, is empty.
+type Column = (&'static str, fn(&Row) -> Option<f64>);
+
+/// The columns between `wavelength_um` and `valid`.
+const COLUMNS: [Column; 22] = [
+    ("emissivity", |r| Some(r.emissivity.mean)),
+    ("emissivity_standard_error", |r| Some(r.emissivity.standard_error)),
+    ("emissivity_half_width_95", |r| Some(r.emissivity.half_width)),
+    ("emissivity_standard_error_rays", |r| Some(r.emissivity.rays_standard_error)),
+    ("emissivity_sd_packings", |r| r.emissivity.spread),
+    ("l_emitted_w_m2_sr_um", |r| Some(r.band.l_emitted.mean)),
+    ("l_reflected_w_m2_sr_um", |r| Some(r.band.l_reflected.mean)),
+    ("l_target_w_m2_sr_um", |r| Some(r.band.l_target.mean)),
+    ("l_emitted_standard_error_w_m2_sr_um", |r| Some(r.band.l_emitted.standard_error)),
+    ("l_reflected_standard_error_w_m2_sr_um", |r| Some(r.band.l_reflected.standard_error)),
+    ("l_target_standard_error_w_m2_sr_um", |r| Some(r.band.l_target.standard_error)),
+    ("l_blackbody_w_m2_sr_um", |r| Some(r.band.l_blackbody)),
+    ("l_downwelling_w_m2_sr_um", |r| Some(r.band.l_downwelling)),
+    ("l_sensor_w_m2_sr_um", |r| r.l_sensor.map(|l| l.mean)),
+    ("l_sensor_standard_error_w_m2_sr_um", |r| r.l_sensor.map(|l| l.standard_error)),
+    ("brightness_temperature_k", |r| r.brightness.map(|t| t.k)),
+    ("brightness_temperature_standard_error_k", |r| r.brightness.map(|t| t.error_k)),
+    ("amplification", |r| Some(r.eq2.amplification)),
+    ("emissivity_eq2", |r| r.eq2.emissivity.map(|[e, _]| e)),
+    ("emissivity_eq2_standard_error", |r| r.eq2.emissivity.map(|[_, error]| error)),
+    ("emissivity_eq3", |r| Some(r.eq3[0])),
+    ("emissivity_eq3_standard_error", |r| Some(r.eq3[1])),
+];
+
+/// A signature as CSV, with the results of Eq. 2 and 3 for a target of that temperature.
+pub fn csv_text(bands: &[Band], temperature: Temperature, assumed: Assumed) -> String {
+    let headings = COLUMNS.iter().map(|(heading, _)| *heading);
+    let headings: Vec<&str> =
+        ["wavelength_um"].into_iter().chain(headings).chain(["valid"]).collect();
+    let mut csv = Csv::new(&headings);
+    for (band, eq2) in bands.iter().zip(retrieve(bands, temperature, assumed)) {
+        let row = Row {
+            band,
+            emissivity: band.emissivity,
+            l_sensor: band.path.map(|_| band.l_sensor()),
+            brightness: band.measured().brightness_temperature(),
+            eq2,
+            eq3: band.emissivity_eq3(temperature),
+        };
+        let (um, valid) = (band.wavelength_um.to_string(), u8::from(band.valid).to_string());
+        let numbers = COLUMNS.iter().map(|(_, value)| decimals(value(&row)));
+        csv.row([um].into_iter().chain(numbers).chain([valid]));
+    }
+    csv.text()
 }

@@ -1,7 +1,8 @@
-//! How many grains a bed needs: of a pilot's beds the lowest are taken away, and what is left is traced again by the
-//! same paths.
+//! How many grains a bed needs: the lowest grains of a pilot's beds are taken away, and the rest is
+//! traced again by the same paths.
 //!
-//! A path that never comes down to them is the same path, so that what they change has far less noise than either bed.
+//! A path that does not reach the lowest grains stays the same. So the difference has far less
+//! noise than either bed.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -17,10 +18,10 @@ use crate::table::Table;
 use crate::tracer::Tracer;
 use crate::tracer::rules::TracingRules;
 
-/// What of the tolerance the grains left out may take.
+/// The share of the tolerance that grains left out may take.
 const MOST: f64 = 0.1;
 
-/// Parts of a recipe's grains by which fewer are looked for.
+/// Steps in which the number of grains is searched.
 const PARTS: u32 = 20;
 
 /// Fewer grains than a recipe has.
@@ -29,18 +30,21 @@ const PARTS: u32 = 20;
 pub struct Depth {
     /// Grains of the recipe.
     pub of: u32,
-    /// Grains that are dropped in their place.
+    /// Grains that are dropped instead.
     pub grains: u32,
-    /// What the others change where they change most: the mean over the pilot's beds and its 95 % interval.
+    /// Change by the grains left out, where it is largest: the mean over the pilot's beds and its
+    /// 95 % interval.
     pub change: f64,
     /// Where that is, um.
     pub at_um: f64,
 }
 
 impl Depth {
-    /// The grains with which the rest of a plan costs least, if that is fewer than the recipe has: a grain costs the same in
-    /// every bed. `tried` takes so many of the lowest grains of the plan's pilot away and gives the change, its band, and
-    /// the rest; `planned` says by a rest, whose change is given, how many packings the tolerance takes.
+    /// The number of grains with which the rest of a plan costs least, if that is fewer than the
+    /// recipe has. A grain costs the same in every bed.
+    ///
+    /// `tried` takes this many of the lowest grains away and returns the change, its band, and the
+    /// rest. `planned` returns the plan for a rest and its change.
     pub fn find<T>(
         packing: &Packing,
         plan: &Plan,
@@ -58,7 +62,7 @@ impl Depth {
             let (change, at_um, rest) = tried(of - grains)?;
             let fits = change <= MOST * tolerance;
             let cost = match fits.then(|| planned(rest, change)).transpose()? {
-                // All of them: shallower beds have a pilot of their own.
+                // Shallower beds have a pilot of their own, so all of them count.
                 Some(rest) if rest.touching == plan.touching => grains as usize * rest.packings,
                 _ => usize::MAX,
             };
@@ -72,7 +76,7 @@ impl Depth {
         Ok(found)
     }
 
-    /// The recipe with so many grains.
+    /// The recipe with this number of grains.
     pub fn of(&self, packing: &Packing) -> Packing {
         let mut all = (1..PARTS).map(|parts| fewer(packing, parts));
         all.find(|fewer| grains(fewer) == self.grains).expect("it was found among these")
@@ -83,7 +87,7 @@ fn grains(packing: &Packing) -> u32 {
     packing.grains.iter().map(|class| class.count).sum()
 }
 
-/// The recipe with so many parts of the grains of each class, at least one.
+/// The recipe with this many parts of the grains of each class, at least one grain.
 fn fewer(packing: &Packing, parts: u32) -> Packing {
     let mut fewer = packing.clone();
     for class in &mut fewer.grains {
@@ -92,7 +96,7 @@ fn fewer(packing: &Packing, parts: u32) -> Packing {
     fewer
 }
 
-/// The table of a bed without so many of its lowest grains, by the paths of its own.
+/// The table of a bed without this many of its lowest grains, by the same paths.
 pub fn without_lowest(
     tracer: &Tracer,
     prepared: &Prepared,
@@ -109,11 +113,11 @@ pub fn without_lowest(
     Ok(Table { histogram, cells, ..table.clone() })
 }
 
-/// What beds differ by from others that the same paths saw, in the band where that is most, with its 95 % interval over
-/// the beds; and the band, um.
+/// The difference between beds and others traced by the same paths: its mean and its 95 % interval,
+/// in the band where it is largest, and that band, um.
 pub fn change(beds: &[Table], others: &[Table], um: &[f64]) -> Result<(f64, f64), Error> {
     let of_band = |(rho, um): (Vec<f64>, &f64)| {
-        // What paths given up leave open is in the tolerance already.
+        // The plan counts given-up paths already.
         let less = |(a, b): (&Table, &Table)| Mean {
             trapped: 0.0,
             ..a.histogram.less_weight(&b.histogram, &rho)
@@ -167,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn as_few_grains_are_dropped_as_a_tenth_of_the_tolerance_lets() {
+    fn as_few_grains_are_dropped_as_a_tenth_of_the_tolerance_allows() {
         // exp(-10 share) is .01 at .46: nine twentieths of 24 are 11, ten are 12.
         let depth = found(&plan(6, true), |_| 6).expect("fewer");
         assert_eq!((depth.of, depth.grains, depth.at_um), (72, 36, 9.0));
@@ -178,12 +182,12 @@ mod tests {
     }
 
     #[test]
-    fn grains_stay_where_more_packings_would_cost_what_they_save() {
+    fn grains_stay_where_more_packings_cost_what_they_save() {
         assert_eq!(found(&plan(10, true), |share| (10.0 / share).ceil() as usize), None);
-        // A packing more is paid for by a third of the grains, thirty are not by half of them.
+        // A third of the grains pays for one packing more; half of them do not pay for thirty.
         let steps = |share: f64| if share < 0.6 { 40 } else { 11 };
         assert_eq!(found(&plan(10, true), steps).map(|depth| depth.grains), Some(48));
-        // Of eleven hulls the pilot is there: the five to come cost less than eleven of half the grains.
+        // The pilot is part of eleven hulls: five more cost less than eleven of half the grains.
         assert_eq!(found(&plan(11, false), |_| 11), None);
         assert_eq!(found(&plan(30, false), |_| 30).map(|depth| depth.grains), Some(36));
     }
@@ -197,9 +201,9 @@ mod tests {
         assert_eq!(left, [1, 0, 1]);
     }
 
-    /// The same paths see the same bed alike to the last bit, and the more is missing the more they see of it.
+    /// The same paths give the same bed to the last bit; the more is missing, the more they differ.
     #[test]
-    fn what_lies_deep_changes_little_and_nothing_nothing() {
+    fn deep_grains_change_little_and_no_grain_nothing() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
         let scene = Scene::read(&path).expect("a scene");
         let tracer = trace::tracer(&scene).expect("a bed");

@@ -5,6 +5,7 @@ mod cells;
 mod csv;
 pub mod depth;
 pub mod plan;
+mod window;
 
 use rayon::prelude::*;
 
@@ -14,17 +15,17 @@ use crate::support::error::Error;
 use crate::table::Table;
 
 pub use cells::spread_by_cells;
-pub use csv::{COLUMNS, csv_text, write_csv};
+pub use csv::csv_text;
+pub use window::Window;
 
 /// One band of a signature. Radiance is in W m-2 sr-1 um-1.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Band {
     /// Wavelength, um.
     pub wavelength_um: f64,
-    /// Whether the models of all facets hold: not where `fresnel` facets bound grains that let light through.
+    /// Whether the models of all facets hold. `fresnel` facets fail on grains that transmit light.
     pub valid: bool,
-    /// Emissivity of the bed towards the sensor, with its errors: a property of the bed, whatever its
-    /// temperatures.
+    /// Emissivity of the bed towards the sensor: a property of the bed, whatever its temperatures.
     pub emissivity: Estimate,
     /// Radiance emitted.
     pub l_emitted: Estimate,
@@ -34,7 +35,8 @@ pub struct Band {
     pub l_target: Estimate,
     /// Radiance of a black body at the scene's temperature.
     pub l_blackbody: f64,
-    /// Radiance of the sky; of one that depends on the zenith angle what a horizontal Lambertian mirror would return.
+    /// Radiance of the sky; where it depends on the zenith angle, the mean that a horizontal
+    /// Lambertian mirror would return.
     pub l_downwelling: f64,
     /// Transmittance and path radiance between target and sensor, if there is an atmosphere.
     pub path: Option<(f64, f64)>,
@@ -43,7 +45,7 @@ pub struct Band {
 /// Evaluates the tables of a recipe's packings with the spectra and temperatures of the first.
 ///
 /// # Errors
-/// A spectrum that does not cover a wavelength.
+/// A spectrum does not cover a wavelength.
 ///
 /// # Panics
 /// Without a table.
@@ -59,6 +61,15 @@ pub fn emissivity(packings: &[Table], reflectance: &[f64]) -> Estimate {
         Mean { mean: 1.0 - weight.mean, ..weight }
     };
     Estimate::of(&packings.iter().map(of).collect::<Vec<_>>())
+}
+
+/// The emissivity of each table alone in each band.
+pub fn curves(packings: &[Table], wavelengths_um: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
+    let rho = packings[0].reflectances(wavelengths_um)?;
+    let of = |table: &Table| {
+        table.histogram.weight_in(&rho).iter().map(|weight| 1.0 - weight.mean).collect()
+    };
+    Ok(packings.par_iter().map(of).collect())
 }
 
 fn band(packings: &[Table], lit: &Lit) -> Band {
@@ -80,7 +91,7 @@ fn band(packings: &[Table], lit: &Lit) -> Band {
 }
 
 impl Band {
-    /// The radiance as a sensor would measure it, without any error of its own, compensated for the atmosphere.
+    /// The radiance that a sensor without noise would measure, compensated for the atmosphere.
     pub fn measured(&self) -> Measured {
         let Estimate { mean, standard_error, .. } = self.l_sensor();
         let l = [mean, standard_error];
@@ -99,8 +110,8 @@ impl Band {
         })
     }
 
-    /// Emissivity by Eq. 3, of the radiance that leaves the target under a cold black sky, and its standard error for
-    /// that of the temperature, K.
+    /// Emissivity by Eq. 3, from the radiance that leaves the target under a cold black sky, and
+    /// its standard error.
     pub fn emissivity_eq3(&self, temperature: Temperature) -> [f64; 2] {
         let l_blackbody = radiometry::planck(self.wavelength_um, temperature.k);
         let emissivity = radiometry::emissivity(self.l_emitted.mean, l_blackbody, 0.0);
@@ -110,12 +121,12 @@ impl Band {
     }
 }
 
-/// What Eq. 2 gives of each band for a target that is taken to have one temperature.
+/// Eq. 2 in each band, for a target of one temperature.
 pub fn retrieve(bands: &[Band], temperature: Temperature, assumed: Assumed) -> Vec<Retrieved> {
     bands.iter().map(|band| Retrieved::new(&band.measured(), temperature, assumed)).collect()
 }
 
-/// Where the models of facets do not hold: from the first to the last of bands on end, um.
+/// Where the models of facets do not hold: the first and the last band of each run, um.
 pub fn not_valid_um(bands: &[Band]) -> Vec<[f64; 2]> {
     let runs = bands.chunk_by(|a, b| a.valid == b.valid).filter(|run| !run[0].valid);
     runs.map(|run| [run[0].wavelength_um, run[run.len() - 1].wavelength_um]).collect()

@@ -1,9 +1,8 @@
-//! How a tolerance is reached at the least cost: how many packings are dropped, and whether as hulls or until their fines
-//! touch.
+//! How a tolerance is reached at the least cost: the number of packings, and whether they are
+//! dropped as hulls or until their fines touch.
 //!
-//! Beds dropped as hulls are cheap, and their dust is kept apart; what that may make has to fit into the tolerance beside the
-//! spread of the packings. Where it does not, or where it leaves so little room that the packings cost more, fines have to
-//! touch.
+//! Hulls are cheap, but they keep dust apart. That effect has to fit into the tolerance beside the
+//! spread of the packings. If it leaves too little room, fines have to touch.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,54 +12,56 @@ use crate::signature::budget::{Budget, Share};
 use crate::signature::depth::Depth;
 use crate::support::statistics::quantile_95;
 
-/// Packings of a pilot, whose spread tells how many a tolerance takes.
+/// Packings of a pilot. Their spread tells how many the tolerance takes.
 pub const PILOT: usize = 6;
 
-/// Packings that are looked at before a pilot where hulls may keep fines apart: they tell whether the pilot had better touch,
-/// while they are all that is lost.
+/// Packings dropped before a pilot where hulls may keep fines apart. They tell whether the fines of
+/// the pilot have to touch; only they are lost then.
 pub const LOOK: usize = 2;
 
-/// Most packings of a larger pilot, asked where the first says that more than twice its own are wanted: by the spread of six packings
-/// the mean takes half as many again as by that of two dozen, whose quantile is the nearer to that of the normal distribution.
+/// Most packings of a larger pilot, which follows if the first wants more than twice its own
+/// number. Student's t makes the mean take half as many again by the spread of six packings as by
+/// that of 24.
 const LARGER_PILOT: usize = 24;
 
-/// What a bed whose fines touch costs, in beds dropped as hulls, start of Blender and tracing included (docs/performance.md).
-/// Fixed, so that a plan does not depend on the machine.
+/// The cost of a bed whose fines touch, in beds dropped as hulls, with the start of Blender and the
+/// trace (docs: performance). Fixed, so that a plan does not depend on the machine.
 const COST: f64 = 2.5;
 
-/// How many packings a tolerance takes, by a pilot.
+/// The number of packings that a tolerance takes, by a pilot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
-    /// Packings of the pilot; they are part of the result.
+    /// Packings of the pilot. They are part of the result.
     pub pilot: usize,
     /// Standard deviation between them, in the band that takes the most packings.
     pub spread: f64,
     /// Where that is, um.
     pub at_um: f64,
-    /// What hulls that keep fines apart may be off by there; 0 where nothing keeps them apart.
+    /// Effect there of hulls that keep fines apart; 0 where nothing keeps them apart.
     pub apart: f64,
-    /// Whether the packings are dropped until their fines touch, though the recipe has hulls.
+    /// Whether packings are dropped until their fines touch, though the recipe has hulls.
     pub touching: bool,
     /// Packings that the tolerance takes.
     pub wanted: usize,
-    /// Packings that are dropped: no more than [`MOST`].
+    /// Packings that are dropped: at most [`MOST`].
     pub packings: usize,
-    /// Fewer grains than the recipe has, where the tolerance costs less by them.
+    /// Fewer grains than the recipe has, where they make the tolerance cheaper.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub depth: Option<Depth>,
 }
 
 impl Plan {
-    /// A plan from a pilot and its budget. Where fines have to touch it is preliminary: the packings that touch have a
-    /// pilot of their own.
+    /// A plan from a pilot of this many packings and its budget. It is preliminary where fines have
+    /// to touch: packings that touch have a pilot of their own.
     ///
-    /// `pilot` is how many packings it has. By Stein's two stages (Ann. Math. Statist. 16, 243 (1945)): with the quantile of the pilot's own degrees of
-    /// freedom the mean of that many packings is within the tolerance at 95 %, however the pilot's spread came out. An
-    /// interval from the spread of all packings, as results have it, may be a little wider or narrower.
+    /// Stein's two stages (Ann. Math. Statist. 16, 243 (1945)): with the quantile of the pilot's
+    /// own degrees of freedom the mean is within the tolerance at 95 %, however its spread came
+    /// out. The interval of the result uses the spread of all packings and may be wider or
+    /// narrower.
     ///
-    /// `left_out` is what grains that were left out change. As a rule a black and a white floor below the rest change more:
-    /// then it is in their share.
+    /// `left_out` is the change by grains that were left out. A black and a white floor below the
+    /// rest usually change more; then their share includes it.
     pub fn new(
         pilot: usize,
         bands: &[Band],
@@ -77,7 +78,7 @@ impl Plan {
                     let room = (tolerance - below - share.given_up - apart(share)).max(0.0);
                     let spread = band.emissivity.spread.unwrap_or(0.0);
                     let packings = (quantile_95(pilot) * spread / room).powi(2);
-                    // No spread in no room.
+                    // No spread and no room.
                     (if packings.is_nan() { f64::INFINITY } else { packings }, band, share)
                 })
                 .max_by(|a, b| a.0.total_cmp(&b.0));
@@ -103,17 +104,17 @@ impl Plan {
         }
     }
 
-    /// Packings of the larger pilot that is to be asked before all are dropped.
+    /// Packings of the larger pilot, if one is needed before all are dropped.
     pub fn larger_pilot(&self) -> Option<usize> {
         (self.pilot == PILOT && self.wanted > 2 * PILOT).then(|| self.wanted.min(LARGER_PILOT))
     }
 
-    /// Packings that are not dropped yet: hulls of the pilot are no part of what touches.
+    /// Packings still to be dropped. A pilot of hulls does not count where fines touch.
     pub fn to_be_dropped(&self) -> usize {
         self.packings - if self.touching { 0 } else { self.pilot }
     }
 
-    /// Whether as many are dropped as the tolerance takes.
+    /// Whether as many packings are dropped as the tolerance takes.
     pub fn is_whole(&self) -> bool {
         self.packings >= self.wanted
     }
@@ -163,18 +164,18 @@ mod tests {
             held += u32::from(Estimate::of(&packings).mean.abs() <= 0.002);
         }
         let share = f64::from(held) / f64::from(runs);
-        // Two-sided 95 % of 4000 trials is +-.7 %. Where a small spread of the first pilot spares the larger one, half a per
-        // cent or a whole one is lost; whole packings, and a pilot that is enough, make it hold more often.
+        // The 95 % interval of 4000 trials is +-0.7 %. A small spread of the first pilot may spare
+        // the larger one, which costs up to a per cent; rounding to whole packings gains some.
         assert!((0.933..0.97).contains(&share), "{share}");
     }
 
     #[test]
-    fn fines_touch_where_what_keeps_them_apart_leaves_too_little_room() {
+    fn fines_touch_where_the_effect_of_hulls_leaves_too_little_room() {
         let pilot = [0.1, 0.102, 0.099, 0.101, 0.1, 0.098].map(mean);
         let of = |tolerance| plan(&pilot, Some(0.006), tolerance);
         let loose = of(0.02);
         assert_eq!((loose.touching, loose.packings), (false, PILOT));
-        // A spread of .0014 in room of .001 takes eleven hulls, fewer than 6 beds that touch cost.
+        // A spread of .0014 in room of .001 takes eleven hulls: less than the cost of 6 that touch.
         let narrow = of(0.0071);
         assert!(!narrow.touching && narrow.packings > PILOT, "{narrow:?}");
         let none = of(0.006);

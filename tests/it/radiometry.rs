@@ -188,6 +188,7 @@ fn where_materials_differ_in_temperature_eq_2_is_said_not_to_be_exact() {
             "0.02",
             "--range",
             "8-12",
+            "--verbose",
         ])
         .output()
         .expect("it runs");

@@ -3,10 +3,10 @@
 use serde_json::{Value, json};
 
 use super::{Point, Setting, Shape};
-use crate::report::{self, terminal};
+use crate::report::{Report, terminal};
 use crate::scene::{Grid, Scene};
-use crate::signature::budget::{Budget, Origin};
-use crate::signature::{Band, evaluate};
+use crate::signature::Band;
+use crate::signature::budget::Origin;
 use crate::support::error::{Error, Status};
 use crate::support::monitor::Monitor;
 use crate::support::output;
@@ -93,10 +93,11 @@ impl<'a> Stage<'a> {
             }
             Ok(table) => [table],
         };
-        let bands = evaluate(&tables, &self.grid.wavelengths_um())?;
-        let budget = Budget::new(&tables, &bands, Origin::of_tables(1))?;
-        let reached = report::reached(&tables, &bands, &budget, self.target.tolerance);
-        let said = terminal::reached(&reached).lines().map(|line| line.trim().to_owned()).collect();
+        let um = self.grid.wavelengths_um();
+        let report = Report::new(&tables, &um, Origin::of_tables(1), self.target.tolerance, None)?;
+        let Report { bands, reached, .. } = report;
+        let said = terminal::blocks(&[("", &reached, None)], true);
+        let said = said.lines().map(|line| line.trim().to_owned()).collect();
         let is_done = reached.tolerance_reached || self.target.exactly.is_some();
         let status = if is_done { 0 } else { Status::ToleranceNotReached as u8 };
         Ok(Outcome { bands, said, status })

@@ -1,0 +1,228 @@
+//! Arguments that several subcommands share, and how their words are read.
+
+use std::fmt::Display;
+use std::ops::{Bound, RangeBounds};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use clap::builder::{StringValueParser, TypedValueParser};
+
+use super::usage;
+use crate::draw::plot;
+use crate::radiometry::Assumed;
+use crate::scene::{Grid, Inverted, Sky, SpectrumSource};
+use crate::spectrum::Spectrum;
+use crate::support::cache::Cache;
+use crate::support::error::Error;
+use crate::support::output::{self, OutputError};
+
+/// The bands of a signature.
+#[derive(Args)]
+pub struct Bands {
+    /// Wavelengths, um; the spectra must cover them
+    #[arg(long, value_name = "FROM-TO", default_value = "7.5-14", value_parser = range)]
+    range: (f64, f64),
+    /// Distance between bands, um
+    #[arg(long, value_name = "UM", default_value_t = 0.01)]
+    step: f64,
+}
+
+impl Bands {
+    pub fn grid(&self) -> Grid {
+        Grid::new(self.range.0, self.range.1, self.step).unwrap_or_else(|problem| usage(&problem))
+    }
+}
+
+/// What a retrieval assumes.
+#[derive(Args)]
+pub struct Assumptions {
+    /// Standard error of the target's temperature, K
+    #[arg(long, value_name = "K", default_value_t = 0.0, value_parser = not_negative)]
+    pub temperature_error: f64,
+    /// Standard error of the sky's radiance, as a share of it
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = not_negative)]
+    sky_error: f64,
+    /// Mask bands in which Eq. 2 amplifies errors more than this: at 10 an error of 1 % in radiance
+    /// is one of 0.1 in emissivity
+    #[arg(long, value_name = "F", default_value_t = Assumed::AMPLIFICATION_LIMIT,
+          value_parser = not_negative)]
+    amplification_limit: f64,
+}
+
+impl Assumptions {
+    pub fn assumed(&self) -> Assumed {
+        Assumed { downwelling_error: self.sky_error, amplification_limit: self.amplification_limit }
+    }
+}
+
+/// How Blender is run.
+#[derive(Args)]
+pub struct InBlender {
+    /// Blender to use: its executable, or a Python that can import bpy
+    #[arg(long, value_name = "PATH", value_parser = utf8_path())]
+    blender: Option<PathBuf>,
+    /// Longest that Blender may take, seconds
+    #[arg(long, value_name = "S", default_value_t = 600)]
+    pub blender_timeout: u64,
+    /// Do not use earlier results
+    #[arg(long)]
+    no_cache: bool,
+}
+
+impl InBlender {
+    /// The Blender asked for. A path is made absolute, so that a record holds elsewhere; a name is
+    /// looked up on PATH.
+    pub fn blender(&self) -> Option<PathBuf> {
+        let is_name = |path: &&PathBuf| path.components().count() == 1;
+        let name = self.blender.as_ref().filter(is_name).cloned();
+        name.or_else(|| self.blender.as_deref().map(absolute))
+    }
+
+    /// Does the work with the cache, or with an empty one of its own.
+    pub fn run<T>(
+        &self,
+        cache: &Cache,
+        work: impl FnOnce(&Cache) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        if !self.no_cache {
+            return work(cache);
+        }
+        let folder = scratch()?;
+        work(&cache.other_results(folder.path().to_owned()))
+    }
+}
+
+/// When a trace ends.
+#[derive(Args)]
+pub struct Enough {
+    /// Half-width of the 95 % interval in emissivity that every band is to reach
+    #[arg(long, value_name = "X", default_value_t = 0.005, value_parser = tolerance)]
+    pub tolerance: f64,
+    /// Most paths to trace; if they are too few the result is written and the exit status is 4
+    #[arg(long, value_name = "N", default_value_t = 1 << 26,
+          value_parser = clap::value_parser!(u64).range(2..))]
+    pub max_paths: u64,
+    /// Longest that a trace may take, seconds; if it is too short the result is written and the
+    /// exit status is 4
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub max_seconds: Option<f64>,
+}
+
+/// Reads a number within a range, which the words name in a message.
+pub fn number(
+    text: &str,
+    within: impl RangeBounds<f64>,
+    words: impl Display,
+) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x.is_finite() && within.contains(&x) => Ok(x),
+        _ => Err(format!("{text:?} is not {words}")),
+    }
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    number(text, 0.0.., "a number, 0 or more")
+}
+
+pub fn positive(text: &str) -> Result<f64, String> {
+    number(text, (Bound::Excluded(0.0), Bound::Unbounded), "a number above 0")
+}
+
+pub fn tolerance(text: &str) -> Result<f64, String> {
+    number(text, (Bound::Excluded(0.0), Bound::Excluded(1.0)), "a number above 0 and below 1")
+}
+
+/// A temperature, K.
+pub fn kelvin(text: &str) -> Result<f64, String> {
+    let kelvin = text.parse().map_err(|_| format!("{text:?} is not a number"))?;
+    Sky::Isotropic(kelvin).problem().map_or(Ok(kelvin), Err)
+}
+
+pub fn range(text: &str) -> Result<(f64, f64), String> {
+    let (from, to) = text.split_once('-').ok_or("write FROM-TO, as in 7.5-14")?;
+    let number = |text: &str| text.trim().parse::<f64>().map_err(|e| format!("{text:?}: {e}"));
+    Ok((number(from)?, number(to)?))
+}
+
+/// A path that a record can hold: in UTF-8.
+pub fn utf8_path() -> impl TypedValueParser<Value = PathBuf> {
+    StringValueParser::new().map(PathBuf::from)
+}
+
+/// A path that holds in any folder.
+pub fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
+}
+
+/// A folder that is removed when it goes out of scope.
+pub fn scratch() -> Result<tempfile::TempDir, Error> {
+    let failed = |source| OutputError { path: std::env::temp_dir(), source };
+    Ok(tempfile::tempdir().map_err(failed)?)
+}
+
+/// The ending of a file's name, in lower case.
+pub fn ending(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
+/// A spectrum on the command line: a number, a shipped one's name, `fresnel:CONSTANTS`, `inverted:`
+/// before a powder's, else a file.
+pub fn spectrum_source(text: &str) -> SpectrumSource {
+    if let Ok(value) = text.parse::<f64>() {
+        if !(0.0..=1.0).contains(&value) {
+            usage(&format!("an emissivity of {value} is not within 0 to 1"));
+        }
+        SpectrumSource::Constant(value)
+    } else if let Some(constants) = text.strip_prefix("fresnel:") {
+        SpectrumSource::Fresnel(constants.to_owned())
+    } else if let Some(powder) = text.strip_prefix("inverted:") {
+        if powder.starts_with("inverted:") || powder.starts_with("fresnel:") {
+            usage(&format!(
+                "{text:?} is not a spectrum: after inverted: name a powder's, by a shipped one's \
+                 name, a file or a number"
+            ));
+        }
+        let spectrum = Box::new(spectrum_source(powder));
+        SpectrumSource::Inverted(Inverted { spectrum, pure_bed: Vec::new() })
+    } else if Spectrum::builtin(text).is_ok() {
+        SpectrumSource::Builtin(text.to_owned())
+    } else {
+        SpectrumSource::File(text.into())
+    }
+}
+
+/// A spectrum on the command line, read.
+pub fn spectrum(text: &str) -> Result<Spectrum, Error> {
+    Ok(Spectrum::resolve(&spectrum_source(text), Path::new(""))?)
+}
+
+/// The file of a spectrum on the command line, if it has one.
+pub fn file_of(text: &str) -> Option<&Path> {
+    let path = Path::new(text.strip_prefix("inverted:").unwrap_or(text));
+    path.exists().then_some(path)
+}
+
+/// The file of a chart, whose ending says how it is written.
+pub struct ChartFile<'a> {
+    path: &'a Path,
+    is_png: bool,
+}
+
+impl<'a> ChartFile<'a> {
+    pub fn new(path: &'a Path) -> Self {
+        match &*ending(path) {
+            "svg" => Self { path, is_png: false },
+            "png" => Self { path, is_png: true },
+            _ => usage(&format!("{}: charts are written as .svg or .png", path.display())),
+        }
+    }
+
+    pub fn write(&self, svg: &str) -> Result<(), Error> {
+        if self.is_png {
+            output::bytes(self.path, &plot::png(svg, plot::PIXELS_PER_UNIT)?)?;
+        } else {
+            output::bytes(self.path, svg.as_bytes())?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,17 @@
+//! `soilsig spectra list`.
+
+use super::show::summary;
+use crate::cli::print;
+use crate::spectrum::{self, Spectrum};
+use crate::support::error::Error;
+
+pub(super) fn run() -> Result<(), Error> {
+    for shipped in &spectrum::all() {
+        let name = match shipped {
+            Spectrum::Fresnel(constants, _) => format!("fresnel:{constants}"),
+            _ => shipped.name().to_owned(),
+        };
+        print(&format!("{name:<32}{}\n", summary(shipped)))?;
+    }
+    Ok(())
+}

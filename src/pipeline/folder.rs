@@ -1,0 +1,93 @@
+//! The folder of a scene's result: whatever is read or written there is recorded.
+
+use std::path::{Path, PathBuf};
+
+use super::record::{Output, Record, Stage};
+use crate::support::error::Error;
+use crate::support::monitor::{Monitor, Step};
+use crate::support::output;
+
+/// Files of a drop that differ from run to run: they hold times of day, durations or, as Blender's
+/// own file does, addresses in memory.
+const NOT_REPRODUCIBLE: [&str; 3] = ["blender.log", "drop.json", "scene.blend"];
+
+/// The one place of the pipeline that writes files.
+pub(super) struct Folder<'a> {
+    /// The folder of the whole run.
+    pub(super) out: &'a Path,
+    /// Folder of this scene below `out`, empty where there is only one scene.
+    pub(super) below: &'a str,
+    pub(super) record: &'a mut Record,
+    pub(super) monitor: &'a dyn Monitor,
+}
+
+impl<'a> Folder<'a> {
+    /// A name in the record, told apart where there are several scenes.
+    pub(super) fn key(&self, name: &str) -> String {
+        if self.below.is_empty() { name.to_owned() } else { format!("{}/{name}", self.below) }
+    }
+
+    /// The path of a file.
+    pub(super) fn place(&self, file: &str) -> PathBuf {
+        self.out.join(self.below).join(file)
+    }
+
+    /// Records a file that is read.
+    pub(super) fn reads(&mut self, file: &Path) -> Result<(), Error> {
+        let sum = output::sha256_hex(file)?;
+        self.record.inputs.insert(file.display().to_string(), sum);
+        Ok(())
+    }
+
+    /// Refuses to write these files over what the run reads.
+    pub(super) fn keeps_inputs(&self, files: &[&str]) -> Result<(), Error> {
+        let written = files.iter().map(|file| self.place(file));
+        Ok(output::keeps(self.record.inputs.keys(), written)?)
+    }
+
+    /// From here on the folder holds parts of this run: an earlier record does not describe it.
+    pub(super) fn begin_to_write(&self) -> Result<(), Error> {
+        Ok(output::remove(&self.out.join("run.json"))?)
+    }
+
+    /// Writes a file.
+    pub(super) fn write(&mut self, file: &str, content: impl AsRef<[u8]>) -> Result<(), Error> {
+        output::bytes(&self.place(file), content.as_ref())?;
+        self.wrote(file)
+    }
+
+    /// Copies a file here.
+    pub(super) fn copy(&mut self, from: &Path, file: &str) -> Result<(), Error> {
+        output::copy(from, &self.place(file))?;
+        self.wrote(file)
+    }
+
+    fn wrote(&mut self, file: &str) -> Result<(), Error> {
+        let sha256 = output::sha256_hex(&self.place(file))?;
+        let name = Path::new(file).file_name().unwrap_or_default().to_string_lossy();
+        let reproducible = !NOT_REPRODUCIBLE.contains(&&*name);
+        self.record.outputs.insert(self.key(file), Output { sha256, reproducible });
+        Ok(())
+    }
+
+    /// Removes what was written below a folder.
+    pub(super) fn remove(&mut self, below: &str) -> Result<(), Error> {
+        let below = self.key(below);
+        for file in self.record.outputs.keys().filter(|file| file.starts_with(&below)) {
+            output::remove(&self.out.join(file))?;
+        }
+        self.record.outputs.retain(|file, _| !file.starts_with(&below));
+        Ok(())
+    }
+
+    /// Begins a stage.
+    pub(super) fn begin(&self, stage: &str) -> Step<'a> {
+        Step::new(self.monitor, &self.key(stage))
+    }
+
+    /// Ends a stage and records it.
+    pub(super) fn end(&mut self, stage: &str, step: Step, note: &str, cached: bool) {
+        let seconds = step.done(if cached { "from the cache" } else { note });
+        self.record.stages.push(Stage { name: self.key(stage), seconds, cached });
+    }
+}

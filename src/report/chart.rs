@@ -1,0 +1,64 @@
+//! The chart of a result.
+
+use std::collections::BTreeMap;
+
+use crate::draw::plot::{Chart, Curve};
+use crate::signature::{Band, not_valid_um};
+use crate::table::{Table, TableMaterial};
+
+/// The chart of one scene's signature or of several.
+pub fn chart(
+    title: &str,
+    signatures: &[(&[Table], &[Band])],
+    versions: &BTreeMap<String, String>,
+) -> Chart {
+    let curves =
+        signatures.iter().map(|(tables, bands)| Curve::of(&tables[0].scene, bands)).collect();
+    let (packings, _) = signatures[0];
+    let table = &packings[0];
+    let paths = signatures.iter().map(|(tables, _)| tables.iter().map(|t| t.paths).sum::<u64>());
+    let (least, most) = (paths.clone().min().unwrap_or(0), paths.max().unwrap_or(0));
+    let paths = if least == most { format!("{least}") } else { format!("{least}-{most}") };
+    let interval = match packings.len() {
+        1 => "The bands are the noise of the rays on one packing; packings differ by more.".into(),
+        n => format!("The bands are 95 % intervals over {n} packings."),
+    };
+    let mut caption = vec![format!(
+        "Traced, {} facets, {} K, view {}° from nadir, {paths} paths. {interval}",
+        facets(table),
+        table.temperature_k,
+        table.view.zenith_deg,
+    )];
+    let mut spectra: Vec<String> = Vec::new();
+    for material in &table.materials {
+        let text = material.spectrum.to_string();
+        if !spectra.contains(&text) {
+            spectra.push(text);
+        }
+    }
+    caption.push(format!("Facets: {}.", spectra.join("; ")));
+    let mut hatched_um: Vec<[f64; 2]> =
+        signatures.iter().flat_map(|(_, bands)| not_valid_um(bands)).collect();
+    hatched_um.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    hatched_um.dedup();
+    if !hatched_um.is_empty() {
+        let why = "grains let light through, or are small against the wavelength";
+        caption.push(format!("Hatched: Fresnel facets do not hold there; {why}."));
+    }
+    let versions: Vec<String> = [("soilsig", "soilsig"), ("blender", "Blender")]
+        .iter()
+        .filter_map(|(key, name)| Some(format!("{name} {}", versions.get(*key)?)))
+        .collect();
+    caption.push(format!("{}, seed {}", versions.join(", "), table.seed));
+    Chart { title: title.to_owned(), caption, curves, hatched_um }
+}
+
+/// How the facets of a table's materials reflect.
+fn facets(table: &Table) -> &'static str {
+    let specular = |m: &TableMaterial| m.specular > 0.0 || m.spectrum.is_angular();
+    match table.materials.iter().filter(|m| specular(m)).count() {
+        0 => "Lambertian",
+        n if n == table.materials.len() => "specular",
+        _ => "Lambertian and specular",
+    }
+}

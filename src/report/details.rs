@@ -1,0 +1,207 @@
+//! Everything else that a result says of itself, for `--verbose`.
+
+use std::collections::BTreeMap;
+
+use super::Reached;
+use crate::histogram::tally::Kept;
+use crate::signature::depth::Depth;
+use crate::signature::plan::Plan;
+use crate::spectrum::FacetSource;
+use crate::table::cover::Cover;
+use crate::table::field::InField;
+
+/// The further lines of a result.
+pub(super) fn lines(r: &Reached) -> Vec<String> {
+    let tolerance = r.tolerance;
+    let mut lines = vec![format!(
+        "widest band: within {:.4} at {} um ({tolerance} asked), {} paths",
+        r.half_width, r.widest_at_um, r.paths
+    )];
+    lines.extend(r.plan.map(|of| format!("plan: {}", plan(&of, tolerance))));
+    lines.push(match r.spread {
+        None => "that interval is the noise of the rays; packings differ by more".into(),
+        Some(spread) => format!(
+            "{} packings with a standard deviation of {spread:.4}; share of the rays in the \
+             variance: {:.0} %",
+            r.packings,
+            100.0 * r.rays_share
+        ),
+    });
+    if r.trapped_half_width > tolerance / 10.0 {
+        lines.push(format!(
+            "{:.2} % of the paths were given up; they leave {:.5} of the half-width open",
+            100.0 * r.trapped,
+            r.trapped_half_width
+        ));
+    }
+    lines.extend(budget(r));
+    lines.push(format!("recorded per path: {}", recorded(r.kept)));
+    lines.extend(facets(&r.facets));
+    lines.extend(r.field.as_ref().map(field).into_iter().flatten());
+    let seen = r.seen_first.iter().map(|(name, share)| format!("{name} {:.1} %", 100.0 * share));
+    lines.push(format!("seen from above: {}", list(seen)));
+    lines.extend(silhouettes(&r.coverage));
+    if let Some(d) = r.features.reststrahlen {
+        let error = r.features_half_width.and_then(|e| e.reststrahlen_contrast);
+        let error = error.map_or(String::new(), |error| format!(" +- {error:.4}"));
+        let [short, peak, long] = [d.short_trough, d.peak, d.long_trough]
+            .map(|at| format!("{:.3} at {} um", at.emissivity, at.wavelength_um));
+        lines.push(format!(
+            "reststrahlen: troughs {short} and {long}, peak {peak}, contrast {:.3}{error}",
+            d.contrast
+        ));
+    }
+    lines.extend(r.floor_effect.map(|effect| {
+        format!("largest change of a band between a black and a white floor: {effect:.4}")
+    }));
+    lines.extend(r.retrieval.lines());
+    lines
+}
+
+fn list(items: impl Iterator<Item = String>) -> String {
+    items.collect::<Vec<_>>().join(", ")
+}
+
+/// The number of packings that a tolerance takes.
+pub fn plan(plan: &Plan, tolerance: f64) -> String {
+    let Plan { pilot, spread, at_um, apart, touching, wanted, packings, depth: fewer } = plan;
+    let are_apart = *apart > 0.0;
+    let kind = if *touching && !are_apart { " whose fines touch" } else { "" };
+    let mut parts =
+        vec![format!("{pilot} packings{kind} have a spread of {spread:.4} at {at_um} um")];
+    if are_apart {
+        parts.push(format!("hulls keep fines apart, an effect of up to {apart:.4}"));
+    }
+    if *touching && are_apart {
+        parts.push(format!("fines have to touch for +-{tolerance}"));
+    } else {
+        parts.push(format!("+-{tolerance} at 95 % takes {wanted}"));
+        parts.extend(fewer.as_ref().map(depth));
+        parts.extend((packings < wanted).then(|| format!("only {packings} are dropped")));
+    }
+    parts.join("; ")
+}
+
+/// The number of grains that are enough.
+pub fn depth(depth: &Depth) -> String {
+    let Depth { of, grains, change, at_um } = depth;
+    let below = of - grains;
+    format!("{grains} of {of} grains: the lowest {below} change at most {change:.4} at {at_um} um")
+}
+
+/// The budget of the band with the widest total.
+fn budget(r: &Reached) -> [String; 2] {
+    let share = &r.budget;
+    let part = |name: &str, part: Option<f64>| part.map(|part| format!("{name} {part:.4}"));
+    let rim = share.rim.map(|rim| match rim {
+        0.0 => "no significant rim effect".into(),
+        rim => format!("rim {rim:.4}"),
+    });
+    let included = [
+        part("rays", Some(share.rays)),
+        part("packings", share.packings),
+        rim,
+        part("floor", Some(share.floor)),
+        part("given-up paths", Some(share.given_up)),
+    ];
+    let unknown = match &r.spectra_unknown[..] {
+        [] => String::new(),
+        names => format!(" (unknown for {})", names.join(", ")),
+    };
+    let not_included = [
+        part("hulls that keep fines apart up to", share.apart),
+        part("facets of grains up to", share.facets),
+        part("spectra", Some(share.spectra)).map(|spectra| spectra + &unknown),
+        part("interpolation between bands", Some(share.spectral_step)),
+    ];
+    [
+        format!(
+            "widest total: within {:.4} at {} um: {}",
+            share.total,
+            share.wavelength_um,
+            list(included.into_iter().flatten())
+        ),
+        format!("not included: {}", list(not_included.into_iter().flatten())),
+    ]
+}
+
+/// The source of the facets' reflectance, a line for each spectrum.
+fn facets(facets: &BTreeMap<String, FacetSource>) -> Vec<String> {
+    let mut groups: Vec<(&FacetSource, Vec<&str>)> = Vec::new();
+    for (name, source) in facets {
+        match groups.iter_mut().find(|(of, _)| *of == source) {
+            Some((_, names)) => names.push(name),
+            None => groups.push((source, vec![name])),
+        }
+    }
+    let line = |(of, names): &(&FacetSource, Vec<&str>)| {
+        format!("facets of {}: {}, {}: {}", names.join(", "), of.mode, of.spectrum, of.means)
+    };
+    groups.iter().map(line).collect()
+}
+
+/// What is recorded of each path, and why less would not do.
+fn recorded(kept: Kept) -> String {
+    let mut parts = vec![match (kept.order, kept.cosines) {
+        (true, _) => "hits in their order (materials differ in temperature)",
+        (false, 1) => "hits on each material",
+        (false, _) => "hits",
+    }];
+    if kept.cosines > 1 {
+        parts.push("the cosine of each hit (a reflectance depends on it)");
+    }
+    if kept.zeniths > 1 {
+        parts.push("the zenith angle of its escape (the sky depends on it)");
+    }
+    parts.join(", ")
+}
+
+/// The field, and whether it is needed.
+fn field(field: &InField) -> Vec<String> {
+    let [x, y] = field.patches;
+    let [width, length] = field.size_um.map(|um| um / 1000.0);
+    let mut lines = vec![format!(
+        "field of {x} x {y} patches, {width:.4} x {length:.4} mm: {} particles, {} in each patch",
+        field.particles, field.particles_of_patch
+    )];
+    for (sides, of, same, differs) in field.alone.iter().flat_map(|alone| {
+        [
+            (
+                "periodic",
+                alone.periodic,
+                "the field is not needed",
+                "the field is needed, or the patch is too small",
+            ),
+            (
+                "mirror",
+                alone.mirror,
+                "the seams of the field do not show",
+                "the seams of the field cut grains, mirrors do not; a larger patch has fewer seams",
+            ),
+        ]
+    }) {
+        lines.push(format!(
+            "the patch alone within {sides} sides differs by {:.4} +- {:.4} at {} um: {}",
+            of.difference,
+            of.half_width,
+            of.at_um,
+            if of.same { same } else { differs }
+        ));
+    }
+    lines
+}
+
+/// The least and the largest share of each material in the silhouettes of dusty grains.
+fn silhouettes(coverage: &BTreeMap<String, Cover>) -> Option<String> {
+    let mut range: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
+    let dusty = coverage.values().filter(|cover| cover.silhouette.len() > 1);
+    for (material, &share) in dusty.flat_map(|cover| &cover.silhouette) {
+        let (least, most) = range.entry(material).or_insert((share, share));
+        (*least, *most) = (least.min(share), most.max(share));
+    }
+    let ranges = range
+        .into_iter()
+        .map(|(name, (least, most))| format!("{name} {:.0}-{:.0} %", 100.0 * least, 100.0 * most));
+    let ranges = list(ranges);
+    (!ranges.is_empty()).then(|| format!("silhouettes of dusty grains, all sides: {ranges}"))
+}
