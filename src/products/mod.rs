@@ -2,6 +2,8 @@
 
 pub mod cube;
 pub mod export;
+#[cfg(feature = "pipeline")]
 pub mod grains;
+#[cfg(feature = "netcdf")]
 pub mod image;
 pub mod retrieve;

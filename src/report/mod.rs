@@ -1,5 +1,6 @@
 //! The report of a result: its numbers, its text, its chart.
 
+#[cfg(feature = "plots")]
 mod chart;
 mod details;
 mod limit;
@@ -19,6 +20,7 @@ use crate::support::statistics::{half_width, wanted};
 use crate::table::field::InField;
 use crate::table::{Table, cover};
 
+#[cfg(feature = "plots")]
 pub use chart::chart;
 pub use details::{depth, plan};
 pub use limit::Cost;

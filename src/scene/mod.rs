@@ -18,6 +18,7 @@ mod source;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -74,7 +75,8 @@ impl Failure for SceneError {
 }
 
 /// A scene: what the sensor sees, what it is made of, and from where.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
     /// The scene file. Files that it names are relative to its folder.
@@ -90,7 +92,7 @@ pub struct Scene {
     /// Random seed of the ray tracing, 0 to 2^64 - 1. A packing has its own.
     pub seed: u64,
     /// Temperature of all materials without their own, K, 1 to 10000.
-    #[schemars(range(min = 1.0, max = 10_000.0))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 1.0, max = 10_000.0)))]
     pub temperature_k: f64,
     /// Temperature of the sky, K, 1 to 10000. Default: a cold black sky (`l_downwelling` = 0), as
     /// in the paper.
@@ -117,11 +119,12 @@ pub struct Scene {
 }
 
 /// The direction to the sensor, which sees parallel rays.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct View {
     /// Angle from the vertical (+z), degrees, 0 (nadir view) to 89.9.
-    #[schemars(range(min = 0.0, max = 89.9))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = 89.9)))]
     pub zenith_deg: f64,
     /// Azimuth of the sensor, from +x towards +y, degrees. Default: 0.
     #[serde(default)]
@@ -129,7 +132,8 @@ pub struct View {
 }
 
 /// A surface material.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Material {
     /// Name of the material for `usemtl` in .obj files, for glTF materials and for other keys of
@@ -139,17 +143,18 @@ pub struct Material {
     pub spectrum: SpectrumSource,
     /// Temperature of the material, K, 1 to 10000. Default: the scene's `temperature_k`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 1.0, max = 10_000.0))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 1.0, max = 10_000.0)))]
     pub temperature_k: Option<f64>,
     /// Specular share of the reflectance, 0 to 1; the rest is Lambertian. Default: 1 for `fresnel`
     /// spectra, 0 for others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0, max = 1.0))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = 1.0)))]
     pub specular: Option<f64>,
 }
 
 /// The bed: a recipe, or placed meshes.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum SceneGeometry {
     /// A recipe for Blender.

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -12,17 +13,18 @@ use super::packing_check::{
 };
 
 /// A recipe for a bed of grains dusted with fines.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Packing {
     /// Seed of shapes, dust and drop.
-    #[schemars(range(max = MOST_SEED))]
+    #[cfg_attr(feature = "schema", schemars(range(max = MOST_SEED)))]
     pub seed: u64,
     /// Folder of grains of the user's own, relative to the scene file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub library: Option<PathBuf>,
     /// The classes of grains, one at least.
-    #[schemars(length(min = 1))]
+    #[cfg_attr(feature = "schema", schemars(length(min = 1)))]
     pub grains: Vec<GrainClass>,
     /// The classes of fines, any number of them; none for bare grains.
     #[serde(default)]
@@ -31,14 +33,14 @@ pub struct Packing {
     #[serde(default)]
     pub dust: Dust,
     /// How many different dressed grains are modelled of each class.
-    #[schemars(range(min = 1, max = MOST_VARIANTS))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 1, max = MOST_VARIANTS)))]
     pub variants: u32,
     /// Length of the tray along x and y, um.
-    #[schemars(inner(range(min = 0, max = FARTHEST_UM)))]
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = 0, max = FARTHEST_UM))))]
     pub tray_um: [f64; 2],
     /// Width of the rim inside the tray's walls that is not looked at, um: the walls order the
     /// grains that touch them.
-    #[schemars(range(min = 0))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0)))]
     pub crop_um: f64,
     /// Material of the tray's floor, where a ray gets down to it.
     pub floor_material: String,
@@ -48,9 +50,8 @@ pub struct Packing {
 }
 
 /// The five quartz shapes modelled after SEM images; each can have any diameter.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 pub enum Shape {
     /// A fresh splinter, the most elongated.
     #[serde(rename = "fine_35")]
@@ -83,7 +84,8 @@ impl Shape {
 }
 
 /// Where the bodies of a class come from.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(
     untagged,
     expecting = "a shape is one of fine_35, fine_60, grain_500, grain_640, grain_853, or {\"library\": [names of grains]}"
@@ -96,42 +98,45 @@ pub enum ShapeSource {
 }
 
 /// Grains of the packing's library, in turn.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct FromLibrary {
     /// Their names, those of their files.
-    #[schemars(length(min = 1), inner(regex(pattern = GRAIN_NAME)))]
+    #[cfg_attr(feature = "schema", schemars(length(min = 1), inner(regex(pattern = GRAIN_NAME))))]
     pub library: Vec<String>,
 }
 
 /// One class of grains.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct GrainClass {
     /// The class's name, up to 40 characters without white space or `#`; its prototypes are called NAME_0, NAME_1, ...
-    #[schemars(regex(pattern = NAME))]
+    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub name: String,
     /// One of the modelled shapes, or grains of the library.
     pub shape: ShapeSource,
     /// Ribs at the sides of each fracture of a modelled shape, 0 to 2: the more ribs, the more
     /// facets. Without it the shape's own number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(max = MOST_RIBS))]
+    #[cfg_attr(feature = "schema", schemars(range(max = MOST_RIBS)))]
     pub ribs: Option<u8>,
     /// Diameter of the sphere of equal volume, um; bodies are scaled to it.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
     pub diameter_um: f64,
     /// The grain's material.
     pub material: String,
     /// How many grains of this class are dropped.
-    #[schemars(range(max = MOST))]
+    #[cfg_attr(feature = "schema", schemars(range(max = MOST)))]
     pub count: u32,
     /// How many fines sit on each.
     pub fines: Fines,
 }
 
 /// How many fines sit on a grain.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(untagged)]
 pub enum Fines {
     /// So many.
@@ -141,12 +146,13 @@ pub enum Fines {
 }
 
 /// The cover that fines are to reach.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Cover {
     /// Share of the dusty grain's silhouette that is fines, seen from afar and averaged over all
     /// directions: 0 to 1.
-    #[schemars(range(min = 0, max = 1))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0, max = 1)))]
     pub silhouette: f64,
 }
 
@@ -161,16 +167,17 @@ impl Fines {
 }
 
 /// How the fines sit on a grain.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Dust {
     /// Most layers: fines that find no free seat on the grain sit on the fines of the layer below,
     /// up to this many layers.
-    #[schemars(range(min = 1, max = MOST_LAYERS))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 1, max = MOST_LAYERS)))]
     pub layers: u32,
     /// How deep a fine may pass through its neighbours, as a share of its diameter: 0 keeps them
     /// apart, 1 asks nothing of them.
-    #[schemars(range(min = 0, max = 1))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0, max = 1)))]
     pub overlap: f64,
 }
 
@@ -181,57 +188,60 @@ impl Default for Dust {
 }
 
 /// One class of fines.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct FineClass {
     /// The class's name, up to 40 characters without white space or `#`.
-    #[schemars(regex(pattern = NAME))]
+    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub name: String,
     /// One of the modelled shapes, or grains of the library.
     pub shape: ShapeSource,
     /// Ribs at the sides of each fracture of a modelled shape, 0 to 2: the more ribs, the more
     /// facets. Without it the shape's own number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(max = MOST_RIBS))]
+    #[cfg_attr(feature = "schema", schemars(range(max = MOST_RIBS)))]
     pub ribs: Option<u8>,
     /// Diameter of the sphere of equal volume, um; bodies are scaled to it.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
     pub diameter_um: f64,
     /// The fine's material.
     pub material: String,
     /// Share of the fines by number; all shares together make 1.
-    #[schemars(range(min = 0, max = 1))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0, max = 1)))]
     pub share: f64,
 }
 
 /// Settings of the rigid-body drop.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Drop {
     /// What of a dusty grain collides.
     pub collision: Collision,
     /// Steps of the solver within a frame of 1/24 s.
-    #[schemars(range(min = 1, max = MOST_SUBSTEPS))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 1, max = MOST_SUBSTEPS)))]
     pub substeps: u32,
     /// Iterations of the solver within a step.
-    #[schemars(range(min = 1, max = MOST_ITERATIONS))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 1, max = MOST_ITERATIONS)))]
     pub iterations: u32,
     /// Frames after which a bed that still moves is refused.
-    #[schemars(range(min = 1, max = MOST_FRAMES))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 1, max = MOST_FRAMES)))]
     pub max_frames: u32,
     /// Length of the mean grain diameter in the solver's units: it is at home with a few.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
     pub scale: f64,
     /// Gravity in the solver's units: only the clock depends on it.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
     pub gravity: f64,
     /// Distance that the solver keeps between hulls, in its units.
-    #[schemars(range(min = 0))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0)))]
     pub margin: f64,
 }
 
 /// What of a dusty grain collides.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Collision {
     /// The convex hull of the dusty grain: the fastest.

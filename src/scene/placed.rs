@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 use std::path::PathBuf;
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +11,8 @@ use super::check::{Checked, need, positive, unique};
 use super::{FARTHEST_UM, MOST_PARTICLES, Material, known};
 
 /// A bed of placed meshes.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Placed {
     /// The different meshes, at least one.
@@ -25,7 +27,8 @@ pub struct Placed {
 }
 
 /// A mesh from a file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Prototype {
     /// The name that instances use. No two prototypes have the same name.
@@ -47,7 +50,8 @@ pub struct Prototype {
 }
 
 /// The axis of a file that points up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum UpAxis {
     /// +y is up: (x, y, z) of the file is (x, -z, y) of the scene.
@@ -57,7 +61,8 @@ pub enum UpAxis {
 }
 
 /// A copy of a mesh in its place.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Instance {
     /// Name of the prototype.
@@ -68,7 +73,8 @@ pub struct Instance {
 }
 
 /// The part of the bed that the sensor sees.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Domain {
     /// Least x and y, um, below `max_um`.
@@ -83,7 +89,8 @@ pub struct Domain {
 }
 
 /// How the bed continues beyond the sides of the domain, for a ray that leaves there.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Sides {
     /// As its own mirror image, endlessly. The images match at the sides.
@@ -105,7 +112,8 @@ pub enum Sides {
 }
 
 /// An endless horizontal opaque plane.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Floor {
     /// Its height, um.

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +13,8 @@ use super::check::{Checked, need, positive};
 const MOST_PIXELS: u32 = 16_384;
 
 /// An imaging sensor. The scene's `view` gives its direction.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Sensor {
     /// Columns and lines of the focal plane, 1 to 16384 each.
@@ -29,7 +31,8 @@ pub struct Sensor {
 }
 
 /// How rays reach the focal plane. The line of sight goes through the centre of the domain.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Optics {
     /// Parallel rays across a rectangle perpendicular to the line of sight.
@@ -49,7 +52,8 @@ pub enum Optics {
 }
 
 /// One or more spectral bands.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum SensorBands {
     /// A band with a constant response within its width. With width 0 it is one wavelength.
@@ -84,7 +88,8 @@ pub enum SensorBands {
 
 /// Normally distributed noise of the detectors, independent in each pixel and band. It is given as
 /// a radiance or as a temperature.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Noise {
     /// Noise-equivalent radiance (NEdL): one standard deviation, W m-2 sr-1 um-1, 0 or more.

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +10,8 @@ use super::check::temperature;
 use crate::support::linear::locate;
 
 /// Temperature of the sky, K, 1 to 10000: one number, or a list by zenith angle.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(untagged)]
 pub enum Sky {
     /// The same temperature in all directions, K.
@@ -19,7 +21,8 @@ pub enum Sky {
 }
 
 /// Temperature of the sky at a zenith angle.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SkyPoint {
     /// Angle from the vertical, degrees, 0 to 90.
@@ -29,7 +32,8 @@ pub struct SkyPoint {
 }
 
 /// A CSV file with the radiance of the sky by wavelength, relative to the scene file.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum SkyRadiance {
     /// The same radiance in all directions: columns `wavelength_um` and

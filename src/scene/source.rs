@@ -2,13 +2,15 @@
 
 use std::path::PathBuf;
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::check::{Checked, need, within};
 
 /// The emissivity of a material's facets: one of these keys.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum SpectrumSource {
     /// A shipped spectrum: `quartz_fine`, `quartz_medium` or `quartz_coarse`.
@@ -26,7 +28,8 @@ pub enum SpectrumSource {
 }
 
 /// A powder's spectrum, and the bed that its facets are found with.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Inverted {
     /// The powder's spectrum: `builtin`, `file` or `constant`.

@@ -80,7 +80,8 @@ impl fmt::Display for Warning {
 }
 
 /// The quantity that a file holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Quantity {
     /// Emissivity, 0 to 1.
     Emissivity,

@@ -19,7 +19,8 @@ pub use odb::{DirsigError, import};
 const FLOOR_UM: f64 = 1e7;
 
 /// A program that scenes are written for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum To {
     /// Meshes, instances, materials and their spectra: .obj, .odb, .mat and .ems.
     Dirsig,
