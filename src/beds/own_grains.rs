@@ -5,12 +5,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
 use serde::Deserialize;
 
 use crate::beds::solid::Solid;
+use crate::geometry::ingest::obj::ObjFile;
 use crate::scene::{FromLibrary, Packing, Shape, ShapeSource};
 use crate::support::error::Failure;
+use crate::support::file_error::FileError;
 use crate::support::output::{self, OutputError};
 
 /// Version of the format, the value of `soilsig_grain`.
@@ -271,34 +272,11 @@ fn file(folder: &Path, name: &str, ending: &str) -> PathBuf {
 
 /// The mesh of a .obj file, all of it.
 fn solid(path: &Path) -> Result<Solid, String> {
-    // Groups and materials would end a model, and only part of the body were closed.
-    let text = fs::read(path).map_err(|error| error.to_string())?;
-    let text: String = String::from_utf8_lossy(&text)
-        .lines()
-        .map(str::trim_start)
-        .flat_map(|line| [if line.starts_with(['v', 'f']) { line } else { "" }, "\n"])
-        .collect();
-    let no_materials = |_: &Path| Ok(Default::default());
-    let (models, _) =
-        tobj::load_obj_buf(&mut text.as_bytes(), &tobj::LoadOptions::default(), no_materials)
-            .map_err(|error| error.to_string())?;
-    let mut solid = Solid::default();
-    for tobj::Model { mesh, .. } in models {
-        let first = solid.vertices.len();
-        let point = |p: &[f64]| DVec3::new(p[0], p[1], p[2]);
-        solid.vertices.extend(mesh.positions.chunks_exact(3).map(point));
-        let mut corners = mesh.indices.iter().map(|&corner| corner as usize + first);
-        let arities = if mesh.face_arities.is_empty() {
-            vec![3; mesh.indices.len() / 3]
-        } else {
-            mesh.face_arities
-        };
-        solid
-            .faces
-            .extend(arities.iter().map(|&sides| corners.by_ref().take(sides as usize).collect()));
-    }
-    if solid.vertices.iter().any(|v| !v.is_finite()) {
-        return Err("a vertex is not finite".into());
-    }
-    Ok(solid)
+    let file = ObjFile::read(path).map_err(|error| match error {
+        FileError::Read { source, .. } => source.to_string(),
+        FileError::Wrong { place: Some(place), problem, .. } => format!("{place}: {problem}"),
+        FileError::Wrong { problem, .. } => problem,
+    })?;
+    let (vertices, faces) = file.polygons(None);
+    Ok(Solid { vertices, faces })
 }

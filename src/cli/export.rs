@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::{Bands, print, usage};
-use crate::geometry::ingest;
+use crate::geometry::ingest::Sources;
 use crate::products::export::{self, To};
 use crate::scene::Scene;
 use crate::support::error::Error;
@@ -37,7 +37,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
         To::Dirsig => &["odb", "mat", "obj", "ems"],
         To::Mitsuba => &["xml", "ply"],
     };
-    let mut read = ingest::files(&scene)?;
+    let mut read: Vec<PathBuf> = Sources::read(&scene)?.files().keys().cloned().collect();
     let spectra = scene.materials.clone();
     for mut material in spectra {
         read.extend(material.spectrum.file_mut().map(|file| scene.path_of(file)));

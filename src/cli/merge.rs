@@ -26,14 +26,14 @@ pub fn run(args: &Args) -> Outcome {
     output::may_write(&args.out)?;
     let table = merge::merge(&args.tables)?;
     table.write(&args.out)?;
-    let (name, tolerance) = (table.scene.clone(), table.stop.tolerance);
-    let wavelengths_um = table.stop.grid.wavelengths_um();
+    let (name, tolerance) = (table.scene.clone(), table.stop.asked.tolerance);
+    let wavelengths_um = table.stop.asked.grid.wavelengths_um();
     let whole = [table];
     let bands = signature::evaluate(&whole, &wavelengths_um)?;
     let budget = Budget::new(&whole, &bands, Origin::Given)?;
     let reached = report::reached(&whole, &bands, &budget, tolerance);
     print(&format!("{name}: {}", terminal::reached(&reached)))?;
     // Where a number of paths was asked for, that is what there is.
-    let asked = whole[0].stop.max_paths.is_some();
+    let asked = whole[0].stop.asked.max_paths.is_some();
     Ok::<_, Error>((asked && !reached.tolerance_reached).then_some(Status::ToleranceNotReached))
 }

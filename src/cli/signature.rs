@@ -108,8 +108,8 @@ pub fn run(args: &Args) -> Result<(), Error> {
         Temperature { error_k: args.assumptions.temperature_error, ..table.temperature() };
     let assumed = args.assumptions.assumed();
     let bands = signature::evaluate(&tables, &wavelengths_um)?;
-    for remark in warnings::of_result(&tables, &bands, tables[0].stop.tolerance, None) {
-        eprintln!("warning: {remark}");
+    for warning in warnings::of_result(&tables, &bands, tables[0].stop.asked.tolerance, None) {
+        eprintln!("warning: {warning}");
     }
     match &args.out {
         Some(path) => signature::write_csv(&bands, temperature, assumed, path)?,

@@ -90,7 +90,7 @@ pub fn run(args: &Args, monitor: &dyn Monitor) -> Outcome {
     table.write(&args.out)?;
     output::remove(&partial)?;
     step.done(&format!("{} paths, {} hits", table.paths, table.hits));
-    let all_reached = table.stop.reached || exactly.is_some();
+    let all_reached = table.stop.reached.tolerance || exactly.is_some();
     let packings = [table];
     let bands = signature::evaluate(&packings, &grid.wavelengths_um())?;
     let budget = Budget::new(&packings, &bands, Origin::Given)?;

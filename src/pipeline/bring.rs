@@ -99,7 +99,7 @@ impl Run<'_> {
         output::bytes(&place, text.as_bytes())?;
         self.wrote(&name)?;
         placed.file = place;
-        Ok(Bed { prepared: prepared.with(placed), tracer: None })
+        Ok(Bed { prepared: prepared.with(placed), sources: None, tracer: None })
     }
 
     /// Copies the files that a scene names for spectra, pure beds, sky and atmosphere beside the placed scene, so that it can stand alone.

@@ -13,7 +13,7 @@ use std::path::{Component, Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use crate::beds::own_grains::{self, Library};
-use crate::geometry::ingest;
+use crate::geometry::ingest::Sources;
 use crate::pipeline::record::{Output, Record, Stage};
 use crate::scene::shipped::{self, COVERAGES};
 use crate::scene::{Scene, SceneGeometry};
@@ -143,8 +143,37 @@ struct Run<'a> {
 /// A settled bed, as the tracer takes it.
 struct Bed {
     prepared: Prepared,
+    /// The bytes of its meshes, once they are read.
+    sources: Option<Sources>,
     /// Loaded only if a stage needs it: a run that finds everything in the cache does not.
     tracer: Option<Tracer>,
+}
+
+impl Bed {
+    /// The bytes of its meshes.
+    fn sources(&mut self) -> Result<&Sources, Error> {
+        if self.sources.is_none() {
+            self.sources = Some(Sources::read(&self.prepared.scene)?);
+        }
+        Ok(self.sources.as_ref().expect("they were read"))
+    }
+
+    /// SHA-256 of its scene file and meshes.
+    fn sha256(&mut self) -> Result<String, Error> {
+        match self.tracer.as_ref().and_then(Tracer::scene_sha256) {
+            Some(sum) => Ok(sum.to_owned()),
+            None => Ok(self.sources()?.sha256()?),
+        }
+    }
+
+    /// Its tracer, made if it is not there.
+    fn tracer(&mut self) -> Result<&Tracer, Error> {
+        if self.tracer.is_none() {
+            self.tracer = Some(Tracer::of(self.sources()?)?);
+            self.sources = None;
+        }
+        Ok(self.tracer.as_ref().expect("it was made"))
+    }
 }
 
 impl<'a> Run<'a> {
@@ -208,11 +237,12 @@ impl<'a> Run<'a> {
                 return Err(PipelineError::FieldOfPlaced { scene: scene.file.clone() }.into());
             }
             SceneGeometry::Placed(_) => {
-                for file in ingest::files(&scene)? {
-                    let sum = output::sha256_hex(&file)?;
+                let sources = Sources::read(&scene)?;
+                for (file, bytes) in sources.files() {
+                    let sum = output::hex(&Sha256::digest(bytes));
                     self.record.inputs.insert(file.display().to_string(), sum);
                 }
-                vec![Bed { prepared: prepared.clone(), tracer: None }]
+                vec![Bed { prepared: prepared.clone(), sources: Some(sources), tracer: None }]
             }
         };
         let (tables, plan) = match (self.options.packings, &scene.geometry) {

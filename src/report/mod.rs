@@ -16,7 +16,7 @@ use crate::spectrum::features::{Features, features};
 use crate::support::error::Error;
 use crate::support::output;
 use crate::support::statistics::{half_width, wanted};
-use crate::table::field::InField;
+use crate::table::field::FieldSummary;
 use crate::table::{Table, TableMaterial, cover};
 
 pub use reached::{FeatureErrors, Reached, Retrieval, Separation};
@@ -35,7 +35,7 @@ pub fn reached(packings: &[Table], bands: &[Band], budget: &Budget, tolerance: f
         .expect("there is at least one band");
     let e = widest.emissivity;
     let floor_effect = budget.floor_effect;
-    let rays_reached = packings.iter().all(|table| table.stop.reached);
+    let rays_reached = packings.iter().all(|table| table.stop.reached.tolerance);
     Reached {
         packings: packings.len(),
         plan: None,
@@ -70,15 +70,15 @@ pub fn reached(packings: &[Table], bands: &[Band], budget: &Budget, tolerance: f
         coverage: cover::mean(&packings.iter().map(|t| &t.coverage).collect::<Vec<_>>()),
         missed: share(&|table| table.missed as f64),
         escaped_downward: share(&|table| table.escaped_downward as f64 / PARTS as f64),
-        trapped: share(&|table| table.histogram.given_up()),
+        trapped: share(&|table| table.histogram.paths_given_up()),
         kept: packings[0].histogram.kept,
-        ended_by: packings[0].stop.ended_by,
+        ended_by: packings[0].stop.reached.reason,
         inside: share(&|table| table.inside.iter().map(|inside| inside.paths as f64).sum()),
-        field: InField::mean(packings),
+        field: FieldSummary::mean(packings),
         budget: budget.widest(),
         spectra_unknown: budget.spectra_unknown.clone(),
         floor_effect,
-        remarks: warnings::of_result(packings, bands, tolerance, floor_effect),
+        warnings: warnings::of_result(packings, bands, tolerance, floor_effect),
         retrieval: retrieval(&packings[0], bands, Assumed::EXACT),
         features: features(&wavelengths, &emissivity),
         features_half_width: feature_errors(packings, &wavelengths),

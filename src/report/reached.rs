@@ -10,10 +10,10 @@ use crate::signature::budget::Share;
 use crate::signature::plan::Plan;
 use crate::spectrum::FacetSource;
 use crate::spectrum::features::Features;
-use crate::table::Ended;
+use crate::table::StopReason;
 use crate::table::cover::Cover;
-use crate::table::field::InField;
-use crate::table::remark::Remark;
+use crate::table::field::FieldSummary;
+use crate::table::warning::Warning;
 
 /// What a trace reached.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -62,12 +62,12 @@ pub struct Reached {
     /// What of each path's rules was kept.
     pub kept: Kept,
     /// What ended the trace of the first packing.
-    pub ended_by: Ended,
+    pub ended_by: StopReason,
     /// Share of paths given up inside a solid; they are among the trapped.
     pub inside: f64,
     /// The field of the first packing, if there is one, and whether it is needed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub field: Option<InField>,
+    pub field: Option<FieldSummary>,
     /// Where the uncertainty comes from, in the band where all of it is widest; `budget.csv` has every band.
     pub budget: Share,
     /// Materials whose spectra come without an error: their share is not in `budget.spectra`.
@@ -75,9 +75,9 @@ pub struct Reached {
     pub spectra_unknown: Vec<String>,
     /// Most that any band's emissivity changes between a black and a white floor.
     pub floor_effect: Option<f64>,
-    /// What speaks against the result.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub remarks: Vec<Remark>,
+    /// Warnings about the result.
+    #[serde(default, skip_serializing_if = "Vec::is_empty", rename = "remarks")]
+    pub warnings: Vec<Warning>,
     /// What can be had back from the radiance.
     pub retrieval: Retrieval,
     /// The curve's extrema and means.

@@ -10,9 +10,9 @@ use crate::signature::budget::Share;
 use crate::signature::depth::Depth;
 use crate::signature::plan::Plan;
 use crate::spectrum::FacetSource;
-use crate::table::Ended;
+use crate::table::StopReason;
 use crate::table::cover::Cover;
-use crate::table::field::InField;
+use crate::table::field::FieldSummary;
 
 /// Share of paths inside a solid from which the user is told. Where dust is seated flush some 1e-4 are
 /// lost in the crevices, to rounding; more tells of overlap.
@@ -225,7 +225,7 @@ fn kept(kept: Kept) -> String {
 }
 
 /// The field, and whether it is needed.
-fn field_words(field: &InField) -> String {
+fn field_words(field: &FieldSummary) -> String {
     let [x, y] = field.patches;
     let [width, length] = field.size_um.map(|um| um / 1000.0);
     let mut text = format!(
@@ -278,8 +278,8 @@ fn warnings(text: &mut String, r: &Reached) {
             "by this spread it takes too many packings".into()
         } else {
             match r.ended_by {
-                Ended::MaxSeconds => "raise --max-seconds",
-                Ended::Paths => "ask for more --paths",
+                StopReason::MaxSeconds => "raise --max-seconds",
+                StopReason::Paths => "ask for more --paths",
                 _ => "raise --max-paths",
             }
             .into()
@@ -307,8 +307,8 @@ fn warnings(text: &mut String, r: &Reached) {
             let _ = writeln!(text, "  warning: {:.2} % {what}", 100.0 * share);
         }
     }
-    for remark in &r.remarks {
-        let _ = writeln!(text, "  warning: {remark}");
+    for warning in &r.warnings {
+        let _ = writeln!(text, "  warning: {warning}");
     }
     if r.inside > INSIDE_NOTABLE {
         let _ = writeln!(

@@ -7,7 +7,7 @@ use crate::radiometry::Lit;
 use crate::signature::Band;
 use crate::spectrum::Spectrum;
 use crate::table::Table;
-use crate::table::remark::Remark;
+use crate::table::warning::Warning;
 
 /// What speaks against the signature of packings of one recipe, their beds included; `floor_effect` is what a black and a
 /// white floor differ by. Of each kind the first.
@@ -16,11 +16,11 @@ pub fn of_result(
     bands: &[Band],
     tolerance: f64,
     floor_effect: Option<f64>,
-) -> Vec<Remark> {
+) -> Vec<Warning> {
     let table = &packings[0];
-    let mut remarks: Vec<Remark> = packings.iter().flat_map(|t| t.remarks.clone()).collect();
-    remarks.extend(
-        floor_effect.filter(|effect| *effect > tolerance).map(|effect| Remark::Floor { effect }),
+    let mut warnings: Vec<Warning> = packings.iter().flat_map(|t| t.warnings.clone()).collect();
+    warnings.extend(
+        floor_effect.filter(|effect| *effect > tolerance).map(|effect| Warning::Floor { effect }),
     );
     let span = [bands[0].wavelength_um, bands[bands.len() - 1].wavelength_um];
     for material in &table.materials {
@@ -29,27 +29,27 @@ pub fn of_result(
             && error > tolerance
         {
             let spectrum = points.file.clone();
-            remarks.push(Remark::Undersampled { spectrum, error, at_um });
+            warnings.push(Warning::Undersampled { spectrum, error, at_um });
         }
     }
-    remarks.extend(
+    warnings.extend(
         grazing_bins(table, bands)
             .filter(|(_, error)| *error > tolerance)
-            .map(|(zenith_deg, error)| Remark::GrazingBins { zenith_deg, error }),
+            .map(|(zenith_deg, error)| Warning::GrazingBins { zenith_deg, error }),
     );
-    remarks.extend(
+    warnings.extend(
         zenith_bins(table, bands)
             .filter(|(_, error)| *error > tolerance)
-            .map(|(zenith_deg, error)| Remark::ZenithBins { zenith_deg, error }),
+            .map(|(zenith_deg, error)| Warning::ZenithBins { zenith_deg, error }),
     );
     let mut kinds = Vec::new();
-    remarks.retain(|remark| {
-        let kind = std::mem::discriminant(remark);
+    warnings.retain(|warning| {
+        let kind = std::mem::discriminant(warning);
         let is_new = !kinds.contains(&kind);
         kinds.push(kind);
         is_new
     });
-    remarks
+    warnings
 }
 
 /// The view's zenith angle, and half of what the sky's radiance changes by from its bin to the next where mirrors show it,

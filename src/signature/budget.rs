@@ -279,8 +279,8 @@ mod tests {
             kept: Kept::PLAIN,
             parts: PARTS,
             escaped: vec![of(1), of(2)],
-            trapped: Vec::new(),
-            ended: Vec::new(),
+            given_up: Vec::new(),
+            rouletted: Vec::new(),
         }
     }
 

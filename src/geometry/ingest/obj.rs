@@ -1,215 +1,281 @@
-//! Wavefront .obj through tobj.
+//! Wavefront .obj files: the one reader of them.
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::{BufReader, Read};
-use std::path::Path;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DVec3};
+use rustc_hash::FxHashMap;
 
 use super::{IngestError, Materials, Part};
-use crate::geometry::{Mesh, turned_away};
+use crate::geometry::mesh::Curvature;
+use crate::geometry::{Mesh, cross};
+use crate::support::file_error::FileError;
 
-/// The material library that stands for the names in the file itself.
-const NAMES: &str = "names-of-this-file";
-
-/// A .obj file as tobj gives it: one model for each object and material.
-pub(super) struct ObjFile {
-    models: Vec<tobj::Model>,
+/// The vertices, normals and faces of a .obj file.
+pub(crate) struct ObjFile {
+    path: PathBuf,
+    vertices: Vec<DVec3>,
+    normals: Vec<DVec3>,
+    corners: Vec<Corner>,
+    faces: Vec<Face>,
+    objects: Vec<Object>,
     materials: Vec<String>,
 }
 
+struct Corner {
+    vertex: u32,
+    normal: Option<u32>,
+}
+
+struct Face {
+    corners: Range<usize>,
+    material: Option<usize>,
+}
+
+/// An object and its faces. In a file without objects the groups are its objects.
+struct Object {
+    name: String,
+    faces: Range<usize>,
+}
+
+/// The name of faces before the first object.
+const UNNAMED: &str = "unnamed_object";
+
 impl ObjFile {
-    pub(super) fn read(path: &Path) -> Result<Self, IngestError> {
-        let text =
-            fs::read(path).map_err(|source| IngestError::Read { path: path.to_owned(), source })?;
-        let text = String::from_utf8_lossy(&text);
-        // A group within an object is a part of it, and tobj would end the object there.
-        let has_objects = text.lines().any(|line| line.trim_start().starts_with("o "));
-        let is_group = |line: &str| line.split_whitespace().next() == Some("g");
-        let kept = |line: &str| !(has_objects && is_group(line));
-        // tobj knows a name after a single space only, in a line that is not indented.
-        let text: String = text
-            .lines()
-            .flat_map(|line| [if kept(line) { line.trim_start() } else { "" }, "\n"])
-            .collect::<String>()
-            .replace('\t', " ");
-        let broken =
-            |(place, problem)| IngestError::Broken { path: path.to_owned(), place, problem };
-        // Only the names of the materials matter here, and tobj keeps them only where it finds
-        // them in a .mtl file: it is told of them, so that no .mtl need be there.
-        let materials: Vec<String> = text
-            .lines()
-            .filter_map(|line| line.strip_prefix("usemtl "))
-            .map(|name| name.trim().to_owned())
-            .collect::<BTreeSet<_>>()
-            .into_iter()
-            .collect();
-        let known = |library: &Path| {
-            if library != Path::new(NAMES) {
-                return Ok(Default::default());
-            }
-            let named = |name: &String| tobj::Material { name: name.clone(), ..Default::default() };
-            let places = materials.iter().enumerate().map(|(i, name)| (name.clone(), i));
-            Ok((materials.iter().map(named).collect(), places.collect()))
-        };
-        let options = tobj::LoadOptions {
-            triangulate: false,
-            ignore_points: true,
-            ignore_lines: true,
-            ..Default::default()
-        };
-        let first_line = format!("mtllib {NAMES}\n");
-        let mut reader = BufReader::new(first_line.as_bytes().chain(text.as_bytes()));
-        let (models, _) = tobj::load_obj_buf(&mut reader, &options, known).map_err(|error| {
-            broken(fault(&text).unwrap_or_else(|| ("the file".into(), error.to_string())))
-        })?;
-        if models.iter().any(|m| m.mesh.positions.iter().any(|x| !x.is_finite())) {
-            return Err(broken(
-                fault(&text)
-                    .unwrap_or_else(|| ("the file".into(), "a vertex is not finite".into())),
-            ));
-        }
-        Ok(Self { models, materials })
+    /// Reads a file.
+    pub(crate) fn read(path: &Path) -> Result<Self, FileError> {
+        Self::parse(path, &fs::read(path).map_err(FileError::read(path))?)
     }
 
-    /// The named object, or all of the file, as one mesh.
+    /// Reads the bytes of a file. Lines and points have no surface and are left out.
+    ///
+    /// # Errors
+    /// A vertex without three finite numbers, or a face with a corner that is not in the file.
+    pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Self, FileError> {
+        let text = String::from_utf8_lossy(bytes);
+        let is_object = |line: &str| line.split_ascii_whitespace().next() == Some("o");
+        let has_objects = text.lines().any(is_object);
+        let mut file = Self {
+            path: path.to_owned(),
+            vertices: Vec::new(),
+            normals: Vec::new(),
+            corners: Vec::new(),
+            faces: Vec::new(),
+            objects: vec![Object { name: UNNAMED.to_owned(), faces: 0..0 }],
+            materials: Vec::new(),
+        };
+        let mut material = None;
+        // Of vertices and normals the greatest number in a face, and its line.
+        let mut greatest = [(0, 0); 2];
+        for (number, line) in (1..).zip(text.lines()) {
+            let wrong = |problem: &str| FileError::wrong_in_line(path, number, problem);
+            let mut words = line.split_ascii_whitespace();
+            let key = words.next().unwrap_or_default();
+            let name = || line.trim()[key.len()..].trim().to_owned();
+            match key {
+                "v" => {
+                    let vertex = vector(words).filter(|v| v.is_finite());
+                    let problem = "a vertex is not three finite numbers";
+                    file.vertices.push(vertex.ok_or_else(|| wrong(problem))?);
+                }
+                "vn" => {
+                    let problem = "a normal is not three numbers";
+                    file.normals.push(vector(words).ok_or_else(|| wrong(problem))?);
+                }
+                "f" => {
+                    let first = file.corners.len();
+                    let there = [file.vertices.len(), file.normals.len()];
+                    for word in words {
+                        let (vertex, normal) = corner(word, there).map_err(|e| wrong(&e))?;
+                        for (greatest, index) in greatest.iter_mut().zip([Some(vertex), normal]) {
+                            *greatest = (*greatest).max((index.map_or(0, |i| i + 1), number));
+                        }
+                        file.corners.push(Corner { vertex, normal });
+                    }
+                    if file.corners.len() - first >= 3 {
+                        file.faces.push(Face { corners: first..file.corners.len(), material });
+                        file.objects.last_mut().expect("one at least").faces.end += 1;
+                    }
+                }
+                // A group within an object is a part of it.
+                "o" | "g" if key == "o" || !has_objects => {
+                    let name = Some(name()).filter(|name| !name.is_empty());
+                    let faces = file.faces.len()..file.faces.len();
+                    file.objects.push(Object { name: name.unwrap_or(UNNAMED.into()), faces });
+                }
+                "usemtl" => {
+                    let name = name();
+                    if name.is_empty() {
+                        return Err(wrong("the material has no name"));
+                    }
+                    let known = file.materials.iter().position(|known| *known == name);
+                    material = Some(known.unwrap_or_else(|| {
+                        file.materials.push(name);
+                        file.materials.len() - 1
+                    }));
+                }
+                _ => {}
+            }
+        }
+        let there = [("vertex", file.vertices.len()), ("normal", file.normals.len())];
+        for ((number, line), (kind, there)) in greatest.into_iter().zip(there) {
+            if number as usize > there {
+                let problem = format!("a face names {kind} {number}, but the file has {there}");
+                return Err(FileError::wrong_in_line(path, line, problem));
+            }
+        }
+        Ok(file)
+    }
+
+    /// Names of all objects.
+    pub(crate) fn objects(&self) -> BTreeSet<&str> {
+        let with_faces = self.objects.iter().filter(|object| !object.faces.is_empty());
+        with_faces.map(|object| &*object.name).collect()
+    }
+
+    /// Names of the materials that faces have, in the order of the file.
+    pub(crate) fn materials(&self) -> &[String] {
+        &self.materials
+    }
+
+    /// The vertices of an object, or of the whole file, and the corners of each face among them.
+    pub(crate) fn polygons(&self, object: Option<&str>) -> (Vec<DVec3>, Vec<Vec<usize>>) {
+        let mut used = Used::default();
+        let corners = |(_, face): (&Object, &Face)| {
+            used.renumber(self, face).into_iter().map(|i| i as usize).collect()
+        };
+        let faces = self.faces(object).map(corners).collect();
+        (used.vertices, faces)
+    }
+
+    fn faces(&self, object: Option<&str>) -> impl Iterator<Item = (&Object, &Face)> {
+        let objects = self.objects.iter().filter(move |o| object.is_none_or(|name| o.name == name));
+        objects.flat_map(|object| self.faces[object.faces.clone()].iter().map(move |f| (object, f)))
+    }
+
+    /// An object, or the whole file, as one mesh.
     pub(super) fn mesh(
         &self,
-        path: &Path,
         name: &str,
         object: Option<&str>,
         unit_um: f64,
         turn: DMat3,
         materials: &Materials,
     ) -> Result<Part, IngestError> {
-        let models: Vec<_> =
-            self.models.iter().filter(|m| object.is_none_or(|object| m.name == object)).collect();
-        if let (Some(object), true) = (object, models.is_empty()) {
-            let present: BTreeSet<String> = self.models.iter().map(|m| m.name.clone()).collect();
+        let path = &self.path;
+        if let Some(object) = object
+            && !self.objects.iter().any(|o| o.name == object)
+        {
             return Err(IngestError::NoObject {
-                path: path.to_owned(),
+                path: path.clone(),
                 object: object.to_owned(),
-                present: present.into_iter().collect(),
+                present: self.objects().into_iter().map(str::to_owned).collect(),
             });
         }
-        let (mut points, mut faces) = (Vec::new(), Vec::new());
-        let mut away = (0.0, 0.0);
-        for model in models {
-            let mesh = &model.mesh;
-            if mesh.indices.is_empty() {
-                continue;
+        let (mut used, mut faces) = (Used::default(), Vec::new());
+        let mut curvature = Curvature::default();
+        let mut index = FxHashMap::default();
+        for (of, face) in self.faces(object) {
+            let material = if let Some(material) = index.get(&face.material) {
+                *material
+            } else {
+                let named = face.material.map(|number| &*self.materials[number]);
+                let material = materials.index(&of.name, named)?;
+                *index.entry(face.material).or_insert(material)
+            };
+            let corners = used.renumber(self, face);
+            let triangles = fan(&corners, &used.vertices).ok_or_else(|| {
+                let first = used.vertices[corners[0] as usize];
+                let problem = format!(
+                    "a face of {} corners, the first of them {first}, is not convex",
+                    corners.len()
+                );
+                FileError::wrong_at(path, format!("object {:?}", of.name), problem)
+            })?;
+            let given = &self.corners[face.corners.clone()];
+            if given.iter().all(|corner| corner.normal.is_some()) {
+                let normals = given.iter().filter_map(|corner| corner.normal);
+                let normals: Vec<DVec3> = normals.map(|i| self.normals[i as usize]).collect();
+                let facet = triangles.iter().map(|&t| normal(t, &used.vertices)).sum();
+                curvature.add(facet, normals.into_iter());
             }
-            let named = mesh.material_id.map(|id| self.materials[id].as_str());
-            let material = materials.index(path, &model.name, named)?;
-            let first = points.len() as u32;
-            points.extend(
-                mesh.positions
-                    .chunks_exact(3)
-                    .map(|p| turn * DVec3::new(p[0], p[1], p[2]) * unit_um),
-            );
-            let mut normals = polygons(&mesh.normal_indices, mesh);
-            for polygon in polygons(&mesh.indices, mesh) {
-                let corners: Vec<u32> = polygon.iter().map(|i| i + first).collect();
-                let triangles = fan(&corners, &points).ok_or_else(|| IngestError::Broken {
-                    path: path.to_owned(),
-                    place: format!("object {:?}", model.name),
-                    problem: format!(
-                        "a face of {} corners, the first of them {}, is not convex",
-                        corners.len(),
-                        points[corners[0] as usize] / unit_um
-                    ),
-                })?;
-                if let Some(corners) = normals.next() {
-                    let normal = |&i: &u32| {
-                        let i = 3 * i as usize;
-                        turn * DVec3::from_slice(&mesh.normals[i..i + 3])
-                    };
-                    let facet = triangles.iter().map(|&triangle| area(triangle, &points)).sum();
-                    let corners: Vec<DVec3> = corners.iter().map(normal).collect();
-                    let (off, weight) = turned_away(facet, &corners);
-                    away = (away.0 + off, away.1 + weight);
-                }
-                faces.extend(triangles.into_iter().map(|triangle| (triangle, material)));
-            }
+            faces.extend(triangles.into_iter().map(|triangle| (triangle, material)));
         }
+        let points: Vec<DVec3> = used.vertices.iter().map(|&p| turn * p * unit_um).collect();
         let (mut mesh, middle) = Mesh::new(name, &points, faces.into_iter());
-        mesh.doubts.curved = if away.1 > 0.0 { away.0 / away.1 } else { 0.0 };
+        mesh.quality.curved = curvature.mean();
         if mesh.triangles.is_empty() {
-            return Err(IngestError::Broken {
-                path: path.to_owned(),
-                place: object.map_or_else(|| "the file".into(), |o| format!("object {o:?}")),
-                problem: "there are no faces".into(),
-            });
+            let place = object.map(|object| format!("object {object:?}"));
+            let problem = "there are no faces".into();
+            return Err(FileError::Wrong { path: path.clone(), place, problem }.into());
         }
-        Ok((mesh, DAffine3::from_translation(middle)))
+        Ok((mesh, vec![DAffine3::from_translation(middle)]))
     }
 }
 
-/// The corners of each face as they stand in one of the mesh's lists of indices; none if it is empty.
-fn polygons<'a>(indices: &'a [u32], mesh: &'a tobj::Mesh) -> impl Iterator<Item = &'a [u32]> {
-    let mut rest = indices;
-    let faces = if indices.is_empty() { 0 } else { usize::MAX };
-    // No arities at all stand for triangles throughout.
-    let triangles = if mesh.face_arities.is_empty() { mesh.indices.len() / 3 } else { 0 };
-    let arities = mesh.face_arities.iter().copied().chain(std::iter::repeat_n(3, triangles));
-    arities.take(faces).map(move |arity| {
-        let (polygon, others) = rest.split_at(arity as usize);
-        rest = others;
-        polygon
-    })
+/// The vertices that faces use, in the order of their first use.
+#[derive(Default)]
+struct Used {
+    vertices: Vec<DVec3>,
+    numbers: FxHashMap<u32, u32>,
+}
+
+impl Used {
+    /// The corners of a face as indices into these vertices.
+    fn renumber(&mut self, file: &ObjFile, face: &Face) -> Vec<u32> {
+        let Self { vertices, numbers } = self;
+        let number = |corner: &Corner| {
+            *numbers.entry(corner.vertex).or_insert_with(|| {
+                vertices.push(file.vertices[corner.vertex as usize]);
+                vertices.len() as u32 - 1
+            })
+        };
+        file.corners[face.corners.clone()].iter().map(number).collect()
+    }
+}
+
+/// The first three numbers of a line.
+fn vector<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<DVec3> {
+    let mut number = || words.next()?.parse().ok();
+    Some(DVec3::new(number()?, number()?, number()?))
+}
+
+/// The indices, from 0, of a corner's vertex and normal. The file counts them from 1, or back from
+/// the last one `there` is so far.
+fn corner(word: &str, there: [usize; 2]) -> Result<(u32, Option<u32>), String> {
+    let index = |text: &str, kind: &str, there: usize| {
+        let number: i64 =
+            text.parse().map_err(|_| format!("{word:?} is not a vertex of a face"))?;
+        let index = if number < 0 { there as i64 + number } else { number - 1 };
+        u32::try_from(index)
+            .map_err(|_| format!("a face names {kind} {number}, but the file has {there}"))
+    };
+    let mut parts = word.split('/');
+    let vertex = index(parts.next().unwrap_or_default(), "vertex", there[0])?;
+    let normal = parts.nth(1).map(|text| index(text, "normal", there[1])).transpose()?;
+    Ok((vertex, normal))
 }
 
 /// A triangle's normal, as long as twice its area.
-fn area(triangle: [u32; 3], points: &[DVec3]) -> DVec3 {
-    let [a, b, c] = triangle.map(|i| points[i as usize]);
-    (b - a).cross(c - a)
+fn normal(triangle: [u32; 3], points: &[DVec3]) -> DVec3 {
+    cross(triangle.map(|i| points[i as usize]))
 }
 
-/// A convex face as triangles about its first corner; `None` if it is concave, where such triangles would
+/// A convex face as triangles about its first corner. `None` if it is concave: such triangles would
 /// cover other ground than the face.
 fn fan(corners: &[u32], points: &[DVec3]) -> Option<Vec<[u32; 3]>> {
     let triangles: Vec<[u32; 3]> =
         corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]]).collect();
-    let area = |triangle| area(triangle, points);
-    let whole: DVec3 = triangles.iter().map(|&triangle| area(triangle)).sum();
-    let same_way = |&triangle: &[u32; 3]| area(triangle).dot(whole) >= 0.0;
+    let normal = |triangle| normal(triangle, points);
+    let whole: DVec3 = triangles.iter().map(|&triangle| normal(triangle)).sum();
+    let same_way = |&triangle: &[u32; 3]| normal(triangle).dot(whole) >= 0.0;
     // Every corner must turn the same way, not only those of the fan.
     let turns = (0..corners.len()).all(|i| {
         let at = |k: usize| corners[(i + k) % corners.len()];
-        area([at(0), at(1), at(2)]).dot(whole) >= -1e-9 * whole.length_squared()
+        normal([at(0), at(1), at(2)]).dot(whole) >= -1e-9 * whole.length_squared()
     });
     let flat = corners.len() > 3 && whole == DVec3::ZERO;
     (triangles.iter().all(same_way) && turns && !flat).then_some(triangles)
-}
-
-/// The first line that tobj could have stumbled over: its own errors name no line.
-fn fault(text: &str) -> Option<(String, String)> {
-    let vertices = text.lines().filter(|line| line.trim_start().starts_with("v ")).count();
-    let mut so_far = 0;
-    for (number, line) in (1..).zip(text.lines()) {
-        let mut words = line.split_whitespace();
-        let problem = match words.next() {
-            Some("v") => {
-                so_far += 1;
-                let values: Vec<_> = words.map(str::parse::<f64>).collect();
-                let good = values.iter().all(|v| v.as_ref().is_ok_and(|v| v.is_finite()));
-                (values.len() < 3 || !good).then(|| "a vertex is not three finite numbers".into())
-            }
-            Some("f") => words.find_map(|word| {
-                let index = word.split('/').next().unwrap_or("");
-                match index.parse::<i64>() {
-                    Err(_) => Some(format!("{word:?} is not a vertex of a face")),
-                    Ok(i) if (1..=vertices as i64).contains(&i) || (i < 0 && -i <= so_far) => None,
-                    Ok(i) => Some(format!("a face wants vertex {i}, and there are {vertices}")),
-                }
-            }),
-            Some("usemtl") if words.next().is_none() => Some("the material has no name".into()),
-            _ => None,
-        };
-        if let Some(problem) = problem {
-            return Some((format!("line {number}"), problem));
-        }
-    }
-    None
 }

@@ -10,11 +10,13 @@ use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DVec3, EulerRot};
 
+use crate::geometry::ingest::obj::ObjFile;
 use crate::scene::{
     FORMAT, Instance, Material, Placed, Prototype, Scene, SceneGeometry, SpectrumSource, UpAxis,
     View,
 };
 use crate::support::error::Failure;
+use crate::support::file_error::FileError;
 
 /// Temperature of what has none in the .mat file, kelvin.
 const TEMPERATURE_K: f64 = 300.0;
@@ -22,6 +24,9 @@ const TEMPERATURE_K: f64 = 300.0;
 /// A DIRSIG file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum DirsigError {
+    /// A mesh cannot be used.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The file cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
@@ -45,7 +50,7 @@ pub enum DirsigError {
 impl Failure for DirsigError {
     fn hint(&self) -> Option<String> {
         match self {
-            Self::Read { .. } => None,
+            Self::File(_) | Self::Read { .. } => None,
             Self::Form { .. } => Some("docs/images.md says what is read of DIRSIG's files".into()),
         }
     }
@@ -141,14 +146,7 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
             }
         };
         let file = odb.parent().unwrap_or(Path::new("")).join(file);
-        let text =
-            fs::read(&file).map_err(|source| DirsigError::Read { path: file.clone(), source })?;
-        names.extend(
-            String::from_utf8_lossy(&text)
-                .lines()
-                .filter_map(|line| line.trim().strip_prefix("usemtl "))
-                .map(|name| name.trim().to_owned()),
-        );
+        names.extend(ObjFile::read(&file)?.materials().iter().cloned());
         let name = format!("object_{}", prototypes.len());
         let places = object.section("INSTANCES").map_or(&[][..], |section| &section.values);
         if places.is_empty() {

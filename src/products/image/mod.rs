@@ -142,8 +142,8 @@ pub fn make(
     let table = trace::untraced(tracer, &prepared, Stop::new(&target, grid.clone()))?;
     let lit = table.lit(&bands.nodes_um)?;
     let (pilot_bands, pilot_lit) = pixel::checked(&lit);
-    let pilot = Evaluator::new(rules.kept, pilot_lit, &pilot_bands);
-    let evaluator = Evaluator::new(rules.kept, lit, &bands);
+    let pilot = Evaluator::new(rules.kept, &pilot_lit, &pilot_bands);
+    let evaluator = Evaluator::new(rules.kept, &lit, &bands);
     let detectors =
         sensor.and_then(|s| s.noise).map(|n| Detectors::new(n, scene.temperature_k, &bands));
     let [columns, lines] = camera.pixels;
