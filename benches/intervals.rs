@@ -11,7 +11,7 @@ use soilsig::support::monitor::Unwatched;
 use soilsig::table::{Part, Prepared, Target};
 use soilsig::tracer::rules::TracingRules;
 use soilsig::tracer::trace;
-use soilsig::tracer::until::{self, Watch};
+use soilsig::tracer::until::{self, Request};
 
 /// Independent runs.
 const RUNS: u64 = 1600;
@@ -32,8 +32,8 @@ fn main() {
     let (bands, looked_at) = (of_result.reflectances, prepared(&BANDS_UM).reflectances);
     let run = |seed: u64, target: Target| -> Vec<Mean> {
         let rules = rules.clone().ending_below(target.least_weight, &bands);
-        let watch = Watch { monitor: &Unwatched, what: "paths", keep: &|_| Ok(()) };
-        let traced = until::trace(&tracer, &rules, seed, &bands, target, None, &watch);
+        let request = Request::new(&rules, seed, &bands, target, &Unwatched);
+        let traced = until::trace(&tracer, &request);
         let histogram = Histogram::of(&traced.expect("traced").tally);
         looked_at.iter().map(|reflectance| histogram.weight(reflectance)).collect()
     };

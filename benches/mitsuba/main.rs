@@ -29,7 +29,7 @@ use soilsig::scene::{Grid, Scene};
 use soilsig::support::monitor::Unwatched;
 use soilsig::table::{Prepared, Target};
 use soilsig::tracer::rules::TracingRules;
-use soilsig::tracer::until::{self, Watch};
+use soilsig::tracer::until::{self, Request};
 use soilsig::tracer::{Tracer, trace};
 
 /// Runs of each, in turns.
@@ -91,10 +91,10 @@ impl Ours {
         tolerance: f64,
     ) -> Done<(f64, Vec<Mean>)> {
         let target = Target::of(tolerance);
-        let watch = Watch { monitor: &Unwatched, what: "paths", keep: &|_| Ok(()) };
         let started_s = cpu_s();
         let rules = self.rules().ending_below(target.least_weight, bands);
-        let traced = until::trace(&self.tracer, &rules, seed, bands, target, None, &watch)?;
+        let request = Request::new(&rules, seed, bands, target, &Unwatched);
+        let traced = until::trace(&self.tracer, &request)?;
         let histogram = Histogram::of(&traced.tally);
         let means = asked.iter().map(|rho| histogram.weight(rho)).collect();
         Ok((cpu_s() - started_s, means))

@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
 use serde::Deserialize;
 
 use crate::beds::solid::Solid;
+use crate::geometry::ingest::obj::ObjFile;
 use crate::scene::{FromLibrary, Packing, Shape, ShapeSource};
 use crate::support::error::{Error, Failure};
 use crate::support::file_error::FileError;
@@ -258,29 +258,6 @@ fn file(folder: &Path, name: &str, ending: &str) -> PathBuf {
 
 /// All faces of an .obj file as one mesh.
 fn solid(path: &Path) -> Result<Solid, FileError> {
-    let text = fs::read(path).map_err(FileError::read(path))?;
-    // Groups and materials would split the body into open meshes.
-    let text: String = String::from_utf8_lossy(&text)
-        .lines()
-        .map(str::trim_start)
-        .filter(|line| line.starts_with(['v', 'f']))
-        .flat_map(|line| [line, "\n"])
-        .collect();
-    let no_materials = |_: &Path| Ok(Default::default());
-    let options = tobj::LoadOptions::default();
-    let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials)
-        .map_err(|error| FileError::wrong(path, error.to_string()))?;
-    let mut solid = Solid::default();
-    for tobj::Model { mesh, .. } in models {
-        solid.vertices = mesh.positions.chunks_exact(3).map(DVec3::from_slice).collect();
-        let mut corners = mesh.indices.iter().map(|&corner| corner as usize);
-        let triangles = vec![3; mesh.indices.len() / 3];
-        let sides = if mesh.face_arities.is_empty() { triangles } else { mesh.face_arities };
-        let faces = sides.iter().map(|&sides| corners.by_ref().take(sides as usize).collect());
-        solid.faces = faces.collect();
-    }
-    if solid.vertices.iter().any(|vertex| !vertex.is_finite()) {
-        return Err(FileError::wrong(path, "a vertex is not finite"));
-    }
-    Ok(solid)
+    let (vertices, faces) = ObjFile::read_whole(path)?.polygons(None);
+    Ok(Solid { vertices, faces })
 }

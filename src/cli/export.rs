@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::arguments::{Bands, ending};
 use super::{Context, Outcome, print, print_list, usage};
-use crate::geometry::ingest;
+use crate::geometry::ingest::Sources;
 use crate::products::export::{self, To};
 use crate::scene::Scene;
 use crate::support::output;
@@ -37,7 +37,7 @@ pub fn run(args: &Args, _: &Context) -> Outcome {
         To::Dirsig => &["odb", "mat", "obj", "ems"],
         To::Mitsuba => &["xml", "ply"],
     };
-    let mut read = ingest::files(&scene)?;
+    let mut read: Vec<PathBuf> = Sources::read(&scene)?.files().keys().cloned().collect();
     read.extend(scene.files());
     for file in read.iter().filter(|file| endings.contains(&&*ending(file))) {
         output::keeps([file], [args.folder.join(file.file_name().unwrap_or_default())])?;

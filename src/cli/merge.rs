@@ -24,7 +24,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     output::may_write(&args.out)?;
     let table = merge::merge(&args.tables)?;
     table.write(&args.out)?;
-    let (um, tolerance) = (table.stop.grid.wavelengths_um(), table.stop.tolerance);
+    let (um, tolerance) = (table.stop.asked.grid.wavelengths_um(), table.stop.asked.tolerance);
     let tables = [table];
     let reached = Report::new(&tables, &um, Origin::Given, tolerance, None)?.reached;
     print(&terminal::blocks(&[(&tables[0].scene, &reached, None)], context.verbose))?;

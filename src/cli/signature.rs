@@ -69,7 +69,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         Temperature { error_k: args.assumptions.temperature_error, ..tables[0].temperature() };
     let assumed = args.assumptions.assumed();
     let origin = Origin::of_tables(tables.len());
-    let tolerance = tables[0].stop.tolerance;
+    let tolerance = tables[0].stop.asked.tolerance;
     let report = Report::new(&tables, &grid.wavelengths_um(), origin, tolerance, None)?;
     let bands = &report.bands;
     let csv = signature::csv_text(bands, temperature, assumed);
@@ -79,7 +79,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         print(&terminal::blocks(&[scene], context.verbose))?;
         print(&format!("result in {}\n", path.display()))?;
     } else {
-        for remark in &report.reached.remarks {
+        for remark in &report.reached.warnings {
             eprintln!("warning: {remark}");
         }
         print(&csv)?;

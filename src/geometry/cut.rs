@@ -1,40 +1,40 @@
 //! The solids of a bed cut by a vertical plane.
 //!
-//! All in double precision. Two triangles that share an edge cut it in the same point to the last bit, so
-//! the outline of a solid has no gap.
+//! All in double precision. Two triangles that share an edge cut it in the same point to the last
+//! bit, so the outline of a solid has no gap.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::geometry::{Bed, Placement};
 
-/// Strips into which a section is cut, so that few pieces of outline are looked at for a point.
+/// Strips of the plane, so that few pieces of outline are tested for a point.
 const STRIPS: usize = 1024;
 
-/// Where a plane lies within solids.
-pub(crate) struct Section {
+/// The part of a plane that lies within solids.
+pub(crate) struct Cut {
     least_um: f64,
     strips_per_um: f64,
     /// The pieces of outline that reach into each strip.
     strips: Vec<Vec<Piece>>,
 }
 
-/// A piece of a solid's outline, from a triangle: the solid is below it where it runs towards greater
-/// places along the plane, above it where it runs back.
+/// A piece of a solid's outline, from one triangle. The solid is below it where it runs towards
+/// greater coordinates, above it where it runs back.
 #[derive(Clone, Copy)]
 struct Piece {
-    /// Place along the plane and height, um.
+    /// Coordinate along the plane and height, um.
     ends: [DVec2; 2],
     material: u16,
 }
 
-impl Section {
-    /// The bed's closed meshes cut by the plane on which the coordinate `axis`, 0 or 1, is `at_um`;
-    /// along it as far as the domain goes.
+impl Cut {
+    /// The bed's closed meshes cut by the plane on which the coordinate `axis`, 0 or 1, is `at_um`,
+    /// within the domain.
     pub(crate) fn new(bed: &Bed, axis: usize, at_um: f64) -> Self {
         let along = 1 - axis;
         let (least, most) = (bed.domain.min_um[along], bed.domain.max_um[along]);
-        let mut section = Self {
+        let mut cut = Self {
             least_um: least,
             strips_per_um: STRIPS as f64 / (most - least),
             strips: vec![Vec::new(); STRIPS],
@@ -46,26 +46,26 @@ impl Section {
         for piece in pieces.into_iter().flatten() {
             let [a, b] = piece.ends.map(|end| end.x);
             if a.max(b) >= least && a.min(b) <= most {
-                for strip in section.strip(a.min(b))..=section.strip(a.max(b)) {
-                    section.strips[strip].push(piece);
+                for strip in cut.strip(a.min(b))..=cut.strip(a.max(b)) {
+                    cut.strips[strip].push(piece);
                 }
             }
         }
-        section
+        cut
     }
 
     fn strip(&self, along_um: f64) -> usize {
         (((along_um - self.least_um) * self.strips_per_um) as usize).min(STRIPS - 1)
     }
 
-    /// The material of the solid in which a point of the plane lies, if it does.
+    /// The material of the solid that a point of the plane lies in, if any.
     ///
-    /// Straight up from the point a solid that it lies in is left once more than it is entered. Where solids overlap
-    /// the point is in one of each material for which that holds; the one left first counts.
+    /// A ray straight up from the point leaves that solid once more than it enters it. Where solids
+    /// of several materials overlap, the one left first counts.
     pub(crate) fn material(&self, along_um: f64, z_um: f64) -> Option<u16> {
         let mut passed: Vec<(f64, u16, i32)> = Vec::new();
         for Piece { ends: [a, b], material } in &self.strips[self.strip(along_um)] {
-            // The one end belongs to the piece and the other to the next, so that a corner counts once.
+            // One end belongs to the piece, the other to the next, so that a corner counts once.
             if (a.x <= along_um) != (b.x <= along_um) {
                 let height = a.y + (along_um - a.x) / (b.x - a.x) * (b.y - a.y);
                 if height > z_um {
@@ -93,15 +93,15 @@ impl Section {
 fn pieces(bed: &Bed, place: &Placement, axis: usize, at_um: f64) -> Vec<Piece> {
     let mesh = &bed.meshes[place.mesh];
     let reach = f64::from(mesh.extent_um()) * 3_f64.sqrt();
-    let turn = place.to_scene.matrix3;
     // No vector is stretched by more than the root of the sum of all squares.
-    let stretch = turn.to_cols_array().iter().map(|m| m * m).sum::<f64>().sqrt();
+    let columns = place.to_scene.matrix3.to_cols_array();
+    let stretch = columns.iter().map(|m| m * m).sum::<f64>().sqrt();
     if (place.to_scene.translation[axis] - at_um).abs() > reach * stretch {
         return Vec::new();
     }
     let points: Vec<DVec3> =
         mesh.vertices.iter().map(|v| place.to_scene.transform_point3(v.as_dvec3())).collect();
-    let mirrored = (turn.determinant() < 0.0) != (axis == 1);
+    let mirrored = (place.handedness() < 0.0) != (axis == 1);
     let mut pieces = Vec::new();
     for (triangle, &material) in mesh.triangles.iter().zip(&mesh.materials) {
         let corners = triangle.map(|i| points[i as usize]);
@@ -114,17 +114,12 @@ fn pieces(bed: &Bed, place: &Placement, axis: usize, at_um: f64) -> Vec<Piece> {
             let edge = (0..3).find(|&i| beyond[i] != forward && beyond[(i + 1) % 3] == forward);
             let i = edge.expect("the corners are on both sides");
             let (p, q) = (corners[i], corners[(i + 1) % 3]);
-            // Always from the near end, so that the triangle beyond the edge finds the same point.
+            // Always from the near end, so that the neighbouring triangle finds the same point.
             let (near, far) = if forward { (p, q) } else { (q, p) };
             let point = near + (at_um - near[axis]) / (far[axis] - near[axis]) * (far - near);
             DVec2::new(point[1 - axis], point.z)
         };
-        let ends = if mirrored {
-            [through(false), through(true)]
-        } else {
-            [through(true), through(false)]
-        };
-        pieces.push(Piece { ends, material });
+        pieces.push(Piece { ends: [!mirrored, mirrored].map(through), material });
     }
     pieces
 }
@@ -139,12 +134,9 @@ mod tests {
 
     /// A cube from -1 to 1 of one material.
     fn solid(material: u16) -> Mesh {
-        let corners: Vec<DVec3> = (0..8)
-            .map(|i| {
-                let bit = |n: u32| f64::from(2 * (i >> n & 1) - 1);
-                DVec3::new(bit(0), bit(1), bit(2))
-            })
-            .collect();
+        let bit = |i: u32, n: u32| f64::from(2 * (i >> n & 1)) - 1.0;
+        let corners: Vec<DVec3> =
+            (0..8).map(|i| DVec3::new(bit(i, 0), bit(i, 1), bit(i, 2))).collect();
         let quads: [[u32; 4]; 6] =
             [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         let faces = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
@@ -153,7 +145,7 @@ mod tests {
         mesh
     }
 
-    /// Cubes turned, stretched, mirrored and overlapping, against what their own coordinates say.
+    /// Cubes turned, stretched, mirrored and overlapping, against their own coordinates.
     #[test]
     fn a_point_is_in_a_solid_if_its_coordinates_say_so_and_of_its_material() {
         let number = |n: i32| f64::from(n * 7919 % 1009) / 1009.0;
@@ -168,22 +160,17 @@ mod tests {
                 DAffine3::from_scale_rotation_translation(stretch, turn, at)
             })
             .collect();
-        let bed = Bed {
+        let (min, max) = (DVec3::new(0.0, 0.0, -30.0), DVec3::splat(60.0));
+        let mut bed = Bed {
             meshes: vec![solid(0), solid(1)],
             placements: (0..40).map(|i| Placement { mesh: i % 2, to_scene: places[i] }).collect(),
-            domain: Domain {
-                min_um: DVec3::new(0.0, 0.0, -30.0),
-                max_um: DVec3::new(60.0, 60.0, 60.0),
-                sides: Sides::Periodic,
-                patches: [1, 1],
-                floor: None,
-            },
+            domain: Domain::new(min, max, Sides::Periodic),
             to_sensor: DVec3::Z,
             materials: 2,
         };
         let mut seen = [0; 4];
         for (axis, at_um) in [(0, 0.0), (0, 31.0), (1, 60.0), (1, 17.0)] {
-            let section = Section::new(&bed, axis, at_um);
+            let cut = Cut::new(&bed, axis, at_um);
             for i in 0..300 {
                 for j in 0..300 {
                     let (along, z) = (0.2 * f64::from(i) + 0.05, 0.3 * f64::from(j) - 29.9);
@@ -195,7 +182,7 @@ mod tests {
                             own.abs().max_element() < 1.0
                         })
                         .collect();
-                    let found = section.material(along, z);
+                    let found = cut.material(along, z);
                     assert_eq!(found.is_some(), !holds.is_empty(), "{point} in {holds:?}");
                     if let Some(material) = found {
                         assert!(holds.iter().any(|i| i % 2 == usize::from(material)), "{point}");
@@ -205,25 +192,9 @@ mod tests {
             }
         }
         assert!(seen.iter().all(|&points| points > 100), "free, in one, in two, in more: {seen:?}");
-    }
 
-    #[test]
-    fn an_open_mesh_is_no_solid() {
-        let mut mesh = solid(0);
-        mesh.closed = false;
-        let bed = Bed {
-            meshes: vec![mesh],
-            placements: vec![Placement { mesh: 0, to_scene: DAffine3::IDENTITY }],
-            domain: Domain {
-                min_um: DVec3::splat(-2.0),
-                max_um: DVec3::splat(2.0),
-                sides: Sides::Periodic,
-                patches: [1, 1],
-                floor: None,
-            },
-            to_sensor: DVec3::Z,
-            materials: 1,
-        };
-        assert_eq!(Section::new(&bed, 0, 0.0).material(0.0, 0.0), None);
+        bed.meshes.iter_mut().for_each(|mesh| mesh.closed = false);
+        let cut = Cut::new(&bed, 0, 31.0);
+        assert!(cut.strips.iter().all(Vec::is_empty), "an open mesh is no solid");
     }
 }

@@ -1,8 +1,8 @@
-//! Several packings of one recipe: their mean, and how far it can be trusted.
+//! Several packings of one recipe: their mean and its standard error.
 //!
-//! A drop is a random draw: the next one of the same recipe has other grains on top. The mean over packings is
-//! the recipe's own signature, and the spread between them its error, the noise of the rays included, since
-//! each packing is traced with rays of its own.
+//! A drop is a random draw: the next one of the same recipe has other grains on top. The mean over
+//! packings is the recipe's own signature. The spread between them gives its error; it contains the
+//! noise of the rays, since each packing is traced with rays of its own.
 
 use crate::histogram::Mean;
 use crate::support::statistics::quantile_95;
@@ -10,25 +10,26 @@ use crate::support::statistics::quantile_95;
 /// The most packings of a result.
 pub const MOST: usize = 1000;
 
-/// What packings say of a quantity in one band.
+/// A quantity in one band, estimated from packings.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Estimate {
-    /// Mean over the packings, which all weigh alike.
+    /// Mean over the packings, which all have the same weight.
     pub mean: f64,
-    /// Standard error of the mean, from the spread between packings; of a single packing from its rays.
+    /// Standard error of the mean, from the spread between packings; of a single packing from its
+    /// rays.
     pub standard_error: f64,
-    /// Half-width of the 95 % interval, by Student's t. What paths given up leave open is in it.
+    /// Half-width of the 95 % interval, by Student's t, with what paths given up leave open.
     pub half_width: f64,
-    /// What of the standard error the rays make.
+    /// The part of the standard error that the rays make.
     pub rays_standard_error: f64,
     /// Standard deviation between packings; `None` of a single one.
     pub spread: Option<f64>,
-    /// What of the half-width paths given up leave open.
+    /// The part of the half-width that paths given up leave open.
     pub trapped: f64,
 }
 
 impl Estimate {
-    /// The estimate from each packing's own mean.
+    /// The estimate from the mean of each packing.
     pub fn of(packings: &[Mean]) -> Self {
         let n = packings.len() as f64;
         let mean = packings.iter().map(|p| p.mean).sum::<f64>() / n;
@@ -37,18 +38,12 @@ impl Estimate {
         let (spread, standard_error) = if packings.len() > 1 {
             let squares: f64 = packings.iter().map(|p| (p.mean - mean).powi(2)).sum();
             let spread = (squares / (n - 1.0)).sqrt();
-            // Packings that happen to agree are no surer than their rays.
+            // Packings that happen to agree are no more precise than their rays.
             (Some(spread), (spread / n.sqrt()).max(rays))
         } else {
             (None, rays)
         };
-        Self {
-            mean,
-            standard_error,
-            half_width: quantile_95(packings.len()) * standard_error + trapped,
-            rays_standard_error: rays,
-            spread,
-            trapped,
-        }
+        let half_width = quantile_95(packings.len()) * standard_error + trapped;
+        Self { mean, standard_error, half_width, rays_standard_error: rays, spread, trapped }
     }
 }

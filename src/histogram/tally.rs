@@ -1,4 +1,4 @@
-//! Counts of the courses that paths took: what the tracer adds up.
+//! Counts of what paths did: what the tracer adds up.
 
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
@@ -6,27 +6,37 @@ use std::f64::consts::FRAC_PI_2;
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
-/// The rules of a path as numbers, in a form that [`Kept`] tells.
+/// The hits of a path as numbers, in a form that [`Kept`] describes.
 pub type State = Box<[u16]>;
 
-/// How many parts of paths took each rules.
+/// Parts of paths by state; the last number of a key is the path's group or cell.
 pub type Counts = FxHashMap<State, i64>;
+
+/// Parts of paths that Russian roulette ended, less those that it added, by group or cell.
+pub type Rouletted = BTreeMap<u16, i64>;
 
 /// Bins of the cosine between a ray and the facet's normal, where a reflectance depends on it.
 pub const COSINES: u16 = 64;
 
-/// Bins of the zenith angle at which paths reach the sky, where its radiance depends on it: a degree each.
+/// Bins of the zenith angle of escape, where the sky's radiance depends on it: one degree each.
 pub const ZENITHS: u16 = 90;
 
-/// What of a path's rules is kept: the least that the scene asks for.
+/// Parts of a path: at the first hit this many directions are tried, and each that meets the sky
+/// brings one part there. More parts cost more rays than they save (docs/tracer_speed.md).
+pub const PARTS: u64 = 5;
+
+/// Cells of the view along x and along y. Their spread tells how much such beds differ.
+pub const CELLS: u16 = 4;
+
+/// What is recorded of each path: the least that the scene needs.
 ///
-/// A hit is told by its *symbol*, the material and, where kept, the bin of its cosine. If neither order nor cosines
-/// are kept a state is the number of hits on each material; else it is the symbols of all hits, in their order or
-/// sorted. The zenith bin stands at the end of the state of a path that reached the sky, if it is kept.
+/// A hit is recorded as its *symbol*: the material and the bin of the cosine. Without order and
+/// cosines a state is the number of hits on each material. Otherwise it lists the symbols of all
+/// hits, in their order or sorted. The zenith bin, if recorded, ends the state of an escaped path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Kept {
-    /// The order of hits: where materials differ in temperature.
+    /// The order of hits: needed where materials differ in temperature.
     pub order: bool,
     /// Bins of the cosine of each hit; 1 where no reflectance depends on it.
     pub cosines: u16,
@@ -35,7 +45,8 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// Numbers of hits: enough for one temperature, an isotropic sky and reflectances that do not depend on the angle.
+    /// Numbers of hits: enough for one temperature, an isotropic sky and reflectances that do not
+    /// depend on the angle.
     pub const PLAIN: Self = Self { order: false, cosines: 1, zeniths: 1 };
 
     /// Whether a state lists the hits, rather than counting those on each material.
@@ -43,7 +54,7 @@ impl Kept {
         self.order || self.cosines > 1
     }
 
-    /// How many symbols there are.
+    /// Number of symbols.
     pub fn symbols(self, materials: usize) -> usize {
         materials * usize::from(self.cosines)
     }
@@ -57,74 +68,60 @@ impl Kept {
     }
 }
 
-/// The bin, of so many of equal width, of a number from 0 to 1.
+/// The bin, of `bins` of equal width, of a number from 0 to 1.
 fn bin(bins: u16, value: f64) -> u16 {
     ((value * f64::from(bins)) as u16).min(bins - 1)
 }
 
-/// What a path is counted in: at its first hit so many directions are tried, and each that meets the sky brings a part
-/// of the path there. More parts cost more rays than they save (docs/tracer_speed.md).
-pub const PARTS: u64 = 5;
+/// How paths ended, in parts of paths.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Outcomes {
+    /// Reached the sky.
+    pub escaped: Counts,
+    /// Given up.
+    pub given_up: Counts,
+    /// Ended by Russian roulette, less those that it added. With it all add up to the paths.
+    pub rouletted: Rouletted,
+}
 
-/// Cells of the view along x and along y: a bed's own parts, whose spread tells what such beds differ by.
-pub const CELLS: u16 = 4;
-
-/// Parts of paths that Russian roulette ended, less those that it added, by group or cell.
-pub type Ended = BTreeMap<u16, i64>;
-
-/// Counts over some paths. Integers throughout, so that parts add up to the same whole in any
-/// order.
+/// Counts over some paths. All are integers, so that parts of a trace add up to the same whole in
+/// any order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tally {
     kept: Kept,
     /// Paths traced.
     pub paths: u64,
-    /// Paths that met nothing: they saw past the target and say nothing of it.
+    /// Paths that saw past the target: they say nothing of it.
     pub missed: u64,
-    /// Parts of paths that reached the sky: states, with the path's group as one more number at the end.
-    pub escaped: Counts,
-    /// Parts of paths that were given up, in the same form.
-    pub trapped: Counts,
-    /// What makes both add up to the paths.
-    pub ended: Ended,
-    /// All again with the cell of the view that the path began in in place of the group.
-    pub by_cell: ByCell,
-    /// Parts of paths that left for the sky downward, past the target's lower side.
+    /// How the others ended, by group.
+    pub by_group: Outcomes,
+    /// The same by the cell of the view in which the path began, where the view has cells.
+    pub by_cell: Outcomes,
+    /// Parts of paths that escaped downward, past the target's lower side.
     pub escaped_downward: u64,
-    /// What the sensor sees: first hits on each material.
+    /// First hits on each material: what the sensor sees.
     pub first_hits: Vec<u64>,
-    /// Paths whose rest was given up since it was inside a solid, by the mesh they had left, unless that was the
-    /// floor or the sensor, and the one they were in; it is among the trapped.
+    /// Paths given up inside a solid, by the mesh that they had left (`None`: the floor or the
+    /// sensor) and the mesh of the solid.
     pub inside: BTreeMap<(Option<usize>, usize), u64>,
-    /// Surfaces hit in all.
+    /// All hits.
     pub hits: u64,
     current: Current,
 }
 
-/// Counts by the cells of the view.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct ByCell {
-    /// Parts of paths that reached the sky.
-    pub escaped: Counts,
-    /// Parts of paths that were given up.
-    pub trapped: Counts,
-    /// What makes both add up to the paths.
-    pub ended: Ended,
-}
-
-/// The path that is under way.
+/// The path that is traced now.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 struct Current {
     group: u16,
     cell: Option<u16>,
     hits: u16,
-    /// Parts of the path that are still under way.
+    /// Parts of the path that have not ended.
     parts: u64,
     /// Paths like it that it stands for.
     stands_for: u64,
     /// Hits on each material, or all symbols.
     state: Vec<u16>,
-    /// The key of what is counted next.
+    /// The key of the next count.
     key: Vec<u16>,
 }
 
@@ -135,10 +132,8 @@ impl Tally {
             kept,
             paths: 0,
             missed: 0,
-            escaped: Counts::default(),
-            trapped: Counts::default(),
-            ended: Ended::new(),
-            by_cell: ByCell::default(),
+            by_group: Outcomes::default(),
+            by_cell: Outcomes::default(),
             escaped_downward: 0,
             first_hits: vec![0; materials],
             inside: BTreeMap::new(),
@@ -147,26 +142,24 @@ impl Tally {
         }
     }
 
-    /// What is kept of a path.
+    /// What is recorded of each path.
     pub fn kept(&self) -> Kept {
         self.kept
     }
 
-    /// Starts a path; `cell` is that of the view, if the view has any.
+    /// Starts a path; `cell` is that of the view, if it has any.
     pub(crate) fn begin(&mut self, group: u16, cell: Option<u16>) {
         self.paths += 1;
-        self.current.group = group;
-        self.current.cell = cell;
-        self.current.hits = 0;
-        self.current.parts = PARTS;
-        self.current.stands_for = 1;
-        self.current.state.clear();
+        let current = &mut self.current;
+        (current.group, current.cell, current.hits) = (group, cell, 0);
+        (current.parts, current.stands_for) = (PARTS, 1);
+        current.state.clear();
         if !self.kept.lists() {
-            self.current.state.resize(self.first_hits.len(), 0);
+            current.state.resize(self.first_hits.len(), 0);
         }
     }
 
-    /// Counts a hit of the current path at a cosine; returns its symbol and the path's hits so far.
+    /// Counts a hit of the current path; returns its symbol and the path's hits so far.
     pub(crate) fn hit(&mut self, material: u16, by_angle: bool, cosine: f64) -> (usize, u16) {
         let current = &mut self.current;
         if current.hits == 0 {
@@ -184,31 +177,32 @@ impl Tally {
         (symbol.into(), current.hits)
     }
 
-    /// The share of the current path that is still under way.
+    /// The share of the current path that has not ended.
     pub(crate) fn share(&self) -> f64 {
         self.current.parts as f64 / PARTS as f64
     }
 
-    /// How many paths like it the current one stands for.
+    /// Number of paths like it that the current one stands for.
     pub(crate) fn stands_for(&self) -> u64 {
         self.current.stands_for
     }
 
-    /// Parts of the current path reach the sky, one along each direction of which the cosine with the vertical is given.
-    pub(crate) fn escaped(&mut self, cosines: &[f64]) {
+    /// Parts of the current path reach the sky, one along each direction, of which the cosine with
+    /// the vertical is given.
+    pub(crate) fn parts_reached_sky(&mut self, cosines: &[f64]) {
         let by_zenith = self.kept.zeniths > 1;
-        // Those that nothing tells apart are counted at once.
+        // Those in one bin are counted at once.
         for alike in cosines.chunk_by(|a, b| !by_zenith && (*a < 0.0) == (*b < 0.0)) {
-            self.escaped_along(alike[0], alike.len() as u64);
+            self.escape(alike[0], alike.len() as u64);
         }
     }
 
-    /// What is left of the current path reaches the sky.
-    pub(crate) fn ended(&mut self, cosine: f64) {
-        self.escaped_along(cosine, self.current.parts);
+    /// The rest of the current path reaches the sky.
+    pub(crate) fn reached_sky(&mut self, cosine: f64) {
+        self.escape(cosine, self.current.parts);
     }
 
-    fn escaped_along(&mut self, cosine: f64, parts: u64) {
+    fn escape(&mut self, cosine: f64, parts: u64) {
         self.current.parts -= parts;
         if self.current.hits == 0 {
             self.missed += 1;
@@ -217,36 +211,33 @@ impl Tally {
         self.escaped_downward += if cosine < 0.0 { parts } else { 0 };
         let zenith = (self.kept.zeniths > 1)
             .then(|| bin(self.kept.zeniths, cosine.clamp(0.0, 1.0).acos() / FRAC_PI_2));
-        self.current.count(
-            self.kept,
-            zenith,
-            parts as i64,
-            &mut self.escaped,
-            &mut self.by_cell.escaped,
-        );
+        let counts = [&mut self.by_group.escaped, &mut self.by_cell.escaped];
+        self.current.count(self.kept, zenith, parts as i64, counts);
     }
 
-    /// What is left of the current path is given up.
-    pub(crate) fn trapped(&mut self) {
+    /// The rest of the current path is given up.
+    pub(crate) fn give_up(&mut self) {
         let parts = self.current.parts as i64;
-        self.current.count(self.kept, None, parts, &mut self.trapped, &mut self.by_cell.trapped);
+        let counts = [&mut self.by_group.given_up, &mut self.by_cell.given_up];
+        self.current.count(self.kept, None, parts, counts);
     }
 
-    /// The same since it is inside a solid.
-    pub(crate) fn buried(&mut self, left: Option<usize>, mesh: usize) {
+    /// The rest of the current path is given up: after it left one mesh it is inside another.
+    pub(crate) fn give_up_inside(&mut self, left: Option<usize>, mesh: usize) {
         *self.inside.entry((left, mesh)).or_default() += self.current.stands_for;
-        self.trapped();
+        self.give_up();
     }
 
-    /// Russian roulette: of `times` paths like the current one all but one are ended, and it stands for all.
+    /// Russian roulette: of `times` paths like the current one all but one are ended, and it stands
+    /// for all.
     pub(crate) fn roulette(&mut self, times: u64, goes_on: bool) {
         let parts = self.current.parts as i64;
         self.current.parts = if goes_on { self.current.parts * times } else { 0 };
         self.current.stands_for *= times;
         let ended = parts - self.current.parts as i64;
-        *self.ended.entry(self.current.group).or_default() += ended;
+        *self.by_group.rouletted.entry(self.current.group).or_default() += ended;
         if let Some(cell) = self.current.cell {
-            *self.by_cell.ended.entry(cell).or_default() += ended;
+            *self.by_cell.rouletted.entry(cell).or_default() += ended;
         }
     }
 
@@ -256,22 +247,8 @@ impl Tally {
         self.missed += other.missed;
         self.escaped_downward += other.escaped_downward;
         self.hits += other.hits;
-        let (ours, theirs) = (&mut self.by_cell, &other.by_cell);
-        for (into, from) in [
-            (&mut self.escaped, &other.escaped),
-            (&mut self.trapped, &other.trapped),
-            (&mut ours.escaped, &theirs.escaped),
-            (&mut ours.trapped, &theirs.trapped),
-        ] {
-            for (state, &number) in from {
-                count(into, state, number);
-            }
-        }
-        for (into, from) in [(&mut self.ended, &other.ended), (&mut ours.ended, &theirs.ended)] {
-            for (&group, &number) in from {
-                *into.entry(group).or_default() += number;
-            }
-        }
+        self.by_group.add(&other.by_group);
+        self.by_cell.add(&other.by_cell);
         for (sum, &number) in self.first_hits.iter_mut().zip(&other.first_hits) {
             *sum += number;
         }
@@ -281,15 +258,28 @@ impl Tally {
     }
 }
 
+impl Outcomes {
+    fn add(&mut self, other: &Self) {
+        for (state, &parts) in &other.escaped {
+            count(&mut self.escaped, state, parts);
+        }
+        for (state, &parts) in &other.given_up {
+            count(&mut self.given_up, state, parts);
+        }
+        for (&group, &parts) in &other.rouletted {
+            *self.rouletted.entry(group).or_default() += parts;
+        }
+    }
+}
+
 impl Current {
-    /// Counts what of the path ends here.
+    /// Counts parts that end here, by group and by cell.
     fn count(
         &mut self,
         kept: Kept,
         zenith: Option<u16>,
         parts: i64,
-        counts: &mut Counts,
-        by_cell: &mut Counts,
+        [by_group, by_cell]: [&mut Counts; 2],
     ) {
         self.key.clear();
         self.key.extend_from_slice(&self.state);
@@ -298,7 +288,7 @@ impl Current {
         }
         self.key.extend(zenith);
         self.key.push(self.group);
-        count(counts, &self.key, parts);
+        count(by_group, &self.key, parts);
         if let (Some(cell), Some(last)) = (self.cell, self.key.last_mut()) {
             *last = cell;
             count(by_cell, &self.key, parts);

@@ -92,7 +92,7 @@ impl Run<'_> {
         let text = serde_json::to_string_pretty(&placed).expect("plain data");
         self.folder.write(&name, text + "\n")?;
         placed.file = self.folder.place(&name);
-        Ok(Bed { prepared: prepared.with(placed), tracer: None })
+        Ok(Bed { prepared: prepared.with(placed), sources: None, tracer: None })
     }
 
     /// Copies the files that a scene names beside the placed scene, so that it can stand alone.

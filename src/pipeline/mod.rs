@@ -13,7 +13,7 @@ use std::path::{Component, Path};
 use sha2::{Digest, Sha256};
 
 use crate::beds::own_grains::{self, OwnGrains};
-use crate::geometry::ingest;
+use crate::geometry::ingest::Sources;
 use crate::pipeline::folder::Folder;
 use crate::pipeline::record::Record;
 use crate::scene::shipped::{self, COVERAGES};
@@ -136,8 +136,37 @@ struct Run<'a> {
 /// A settled bed, as the tracer takes it.
 struct Bed {
     prepared: Prepared,
+    /// The bytes of its meshes, once they are read.
+    sources: Option<Sources>,
     /// Loaded when a stage needs it: a run that finds everything in the cache does not.
     tracer: Option<Tracer>,
+}
+
+impl Bed {
+    /// The bytes of its meshes.
+    fn sources(&mut self) -> Result<&Sources, Error> {
+        if self.sources.is_none() {
+            self.sources = Some(Sources::read(&self.prepared.scene)?);
+        }
+        Ok(self.sources.as_ref().expect("they were read"))
+    }
+
+    /// SHA-256 of its scene file and meshes.
+    fn sha256(&mut self) -> Result<String, Error> {
+        match self.tracer.as_ref().and_then(Tracer::scene_sha256) {
+            Some(sum) => Ok(sum.to_owned()),
+            None => Ok(self.sources()?.sha256()?),
+        }
+    }
+
+    /// Its tracer, made if it is not there.
+    fn tracer(&mut self) -> Result<&Tracer, Error> {
+        if self.tracer.is_none() {
+            self.tracer = Some(Tracer::of(self.sources()?)?);
+            self.sources = None;
+        }
+        Ok(self.tracer.as_ref().expect("it was made"))
+    }
 }
 
 impl<'a> Run<'a> {
@@ -189,10 +218,11 @@ impl<'a> Run<'a> {
                 if let Some((option, has, _)) = options.into_iter().find(|(.., asked)| *asked) {
                     return Err(PipelineError::Placed { scene: scene.file, option, has }.into());
                 }
-                for file in ingest::files(&scene)? {
-                    self.folder.reads(&file)?;
+                let sources = Sources::read(&scene)?;
+                for file in sources.files().keys() {
+                    self.folder.reads(file)?;
                 }
-                let mut beds = vec![Bed { prepared, tracer: None }];
+                let mut beds = vec![Bed { prepared, sources: Some(sources), tracer: None }];
                 let tables = self.trace(&mut beds)?;
                 (beds, tables, None, Origin::Given)
             }

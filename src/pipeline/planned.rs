@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::results::{program, ready};
+use super::results::program;
 use super::{Bed, Run};
 use crate::beds::own_grains::OwnGrains;
 use crate::report;
@@ -119,10 +119,7 @@ impl Run<'_> {
         let grid = &self.options.grid;
         let made_from = (program(), traced, spectra, packing, plan, grid, tolerance);
         let made = self.cache.stage("depth", &made_from, |folder| {
-            beds.par_iter_mut().try_for_each(|bed| {
-                ready(&mut bed.tracer, &bed.prepared)?;
-                Ok::<_, Error>(())
-            })?;
+            beds.par_iter_mut().try_for_each(|bed| bed.tracer().map(|_| ()))?;
             let tried = |taken| {
                 let rest = |(bed, table): (&Bed, &Table)| {
                     let tracer = bed.tracer.as_ref().expect("it was made ready");

@@ -16,7 +16,6 @@ use crate::signature::{self, Band};
 use crate::support::cache::Made;
 use crate::support::error::Error;
 use crate::table::{Prepared, Table};
-use crate::tracer::Tracer;
 use crate::tracer::trace::{self, Request};
 
 impl Run<'_> {
@@ -31,21 +30,20 @@ impl Run<'_> {
             .par_iter_mut()
             .enumerate()
             .map(|(i, bed)| {
-                let Bed { prepared, tracer } = bed;
-                let sum = trace::scene_sha256(&prepared.scene)?;
-                let Prepared { scene, materials, air, .. } = &*prepared;
+                let sum = bed.sha256()?;
+                let prepared = bed.prepared.clone();
+                let Prepared { scene, materials, air, .. } = &prepared;
                 let made_from =
                     (program(), &sum, scene.seed, &materials[..], &**air, grid, &target);
                 let what = if number == 1 { "paths".into() } else { format!("packing {}", i + 1) };
                 let made = cache.stage("trace", &made_from, |folder| {
-                    let tracer = ready(tracer, prepared)?;
                     let request = Request { what: &what, ..Request::new(grid, target) };
-                    let table = trace::trace(tracer, prepared, request, monitor)?;
+                    let table = trace::trace(bed.tracer()?, &prepared, request, monitor)?;
                     Ok(table.write(&folder.join("table.json"))?)
                 })?;
                 if i > 0 {
                     // Only the first bed is needed again, for its picture.
-                    bed.tracer = None;
+                    (bed.sources, bed.tracer) = (None, None);
                 }
                 Ok(made)
             })
@@ -90,8 +88,11 @@ impl Run<'_> {
         let step = self.folder.begin("picture");
         let made_from = (program(), &table.scene_sha256);
         let made = self.cache.stage("picture", &made_from, |folder| {
-            let tracer = ready(&mut bed.tracer, &bed.prepared)?;
-            picture::sensor_view(tracer.bed(), &folder.join("patch.png"), self.folder.monitor)
+            picture::sensor_view(
+                bed.tracer()?.bed(),
+                &folder.join("patch.png"),
+                self.folder.monitor,
+            )
         })?;
         self.folder.copy(&made.folder.join("patch.png"), "patch.png")?;
         self.folder.end("picture", step, "", made.cached);
@@ -120,15 +121,4 @@ pub(super) fn program() -> Option<(u64, Duration)> {
     let file = std::env::current_exe().and_then(std::fs::metadata).ok()?;
     let age = file.modified().ok()?.duration_since(std::time::UNIX_EPOCH).ok()?;
     Some((file.len(), age))
-}
-
-/// The tracer of a bed, loaded if it is not there.
-pub(super) fn ready<'a>(
-    tracer: &'a mut Option<Tracer>,
-    prepared: &Prepared,
-) -> Result<&'a Tracer, Error> {
-    Ok(match tracer {
-        Some(tracer) => tracer,
-        None => tracer.insert(trace::tracer(&prepared.scene)?),
-    })
 }

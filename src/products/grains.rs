@@ -6,11 +6,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::blender::{self, BlenderError, Event, Job};
 use crate::draw::plot::{self, Row, Solid};
+use crate::geometry::ingest::obj::ObjFile;
 use crate::support::cache::Cache;
 use crate::support::error::Error;
 use crate::support::monitor::{Monitor, Step};
@@ -230,21 +230,12 @@ fn read(path: &Path) -> Result<Report, String> {
 
 /// The bodies of `grains.obj` by name.
 fn solids(path: &Path) -> Result<BTreeMap<String, Solid>, String> {
-    let problem = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-    let (models, _) =
-        tobj::load_obj(path, &tobj::LoadOptions::default()).map_err(|error| problem(&error))?;
-    let mut solids = BTreeMap::new();
-    for tobj::Model { mesh, name } in models {
-        let vertices_um = mesh.positions.chunks_exact(3).map(DVec3::from_slice).collect();
-        let mut corners = mesh.indices.iter().map(|&corner| corner as usize);
-        let facets = mesh
-            .face_arities
-            .iter()
-            .map(|&sides| corners.by_ref().take(sides as usize).collect())
-            .collect();
-        solids.insert(name, Solid { vertices_um, facets });
-    }
-    Ok(solids)
+    let file = ObjFile::read(path).map_err(|error| error.to_string())?;
+    let solid = |name: &str| {
+        let (vertices_um, facets) = file.polygons(Some(name));
+        (name.to_owned(), Solid { vertices_um, facets })
+    };
+    Ok(file.objects().into_iter().map(solid).collect())
 }
 
 /// The shapes in three views and with their variants, as SVG.

@@ -26,25 +26,8 @@ pub struct Lit {
 impl Lit {
     /// The emissivity towards the sensor, and the radiance that leaves the target.
     pub fn seen(&self, histogram: &Histogram) -> (Mean, Radiance) {
-        let weight = histogram.weight(&self.reflectance);
-        let emissivity = Mean { mean: 1.0 - weight.mean, ..weight };
-        let alike = self.l_blackbody_of.iter().all(|&l| l == self.l_blackbody);
-        let radiance = if alike && self.l_sky.len() == 1 {
-            // A path emits all the weight that it does not bring to the sky.
-            let times = |mean: f64, l: f64| Mean {
-                mean: mean * l,
-                standard_error: weight.standard_error * l.abs(),
-                trapped: weight.trapped * l.abs(),
-            };
-            let l_emitted = times(emissivity.mean, self.l_blackbody);
-            let l_reflected = times(weight.mean, self.l_sky[0]);
-            let sum = super::l_target(l_emitted.mean, l_reflected.mean);
-            let l_target = Mean { mean: sum, ..times(1.0, self.l_blackbody - self.l_sky[0]) };
-            Radiance { l_emitted, l_reflected, l_target }
-        } else {
-            histogram.radiance(self.sources())
-        };
-        (emissivity, radiance)
+        let (weight, radiance) = histogram.seen(self.sources());
+        (Mean { mean: 1.0 - weight.mean, ..weight }, radiance)
     }
 
     /// Radiance at the sensor for a radiance that leaves the target.
@@ -53,7 +36,7 @@ impl Lit {
             .map_or(l_target, |(transmittance, l_path)| at_sensor(l_target, transmittance, l_path))
     }
 
-    /// The sources for [`Histogram::radiance`].
+    /// The sources for [`Histogram::seen`].
     pub fn sources(&self) -> Sources<'_> {
         Sources {
             reflectance: &self.reflectance,

@@ -8,7 +8,7 @@ use crate::signature::depth::Depth;
 use crate::signature::plan::Plan;
 use crate::spectrum::FacetSource;
 use crate::table::cover::Cover;
-use crate::table::field::InField;
+use crate::table::field::FieldSummary;
 
 /// The further lines of a result.
 pub(super) fn lines(r: &Reached) -> Vec<String> {
@@ -157,7 +157,7 @@ fn recorded(kept: Kept) -> String {
 }
 
 /// The field, and whether it is needed.
-fn field(field: &InField) -> Vec<String> {
+fn field(field: &FieldSummary) -> Vec<String> {
     let [x, y] = field.patches;
     let [width, length] = field.size_um.map(|um| um / 1000.0);
     let mut lines = vec![format!(

@@ -4,7 +4,7 @@ use super::Reached;
 use super::terminal::{number, span};
 use crate::histogram::estimate;
 use crate::signature::Window;
-use crate::table::Ended;
+use crate::table::StopReason;
 
 /// Wall time of the stages that more beds or rays would repeat, seconds.
 #[derive(Debug, Clone, Copy)]
@@ -80,9 +80,9 @@ fn rays(r: &Reached, window: &Window, cost: Option<Cost>) -> String {
     let half_width = window.half_width_95 - window.rays / 2.0;
     let gives = gives(r, window, half_width, cost.map(|cost| 4.0 * cost.trace_s));
     match r.ended_by {
-        Ended::Paths => format!("--paths {} gives {gives}", 4 * r.paths),
-        Ended::MaxPaths => format!("--max-paths {} gives {gives}", 4 * r.paths),
-        Ended::MaxSeconds => format!("four times --max-seconds gives {gives}"),
+        StopReason::Paths => format!("--paths {} gives {gives}", 4 * r.paths),
+        StopReason::MaxPaths => format!("--max-paths {} gives {gives}", 4 * r.paths),
+        StopReason::MaxSeconds => format!("four times --max-seconds gives {gives}"),
         _ => format!("--tolerance {} gives {gives}", two_digits(r.half_width / 2.0)),
     }
 }

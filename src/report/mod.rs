@@ -17,7 +17,7 @@ use crate::signature::{Band, Window, curves, evaluate, not_valid_um};
 use crate::spectrum::features::{Features, features};
 use crate::support::error::Error;
 use crate::support::statistics::{half_width, wanted};
-use crate::table::field::InField;
+use crate::table::field::FieldSummary;
 use crate::table::{Table, cover};
 
 #[cfg(feature = "plots")]
@@ -25,7 +25,7 @@ pub use chart::chart;
 pub use details::{depth, plan};
 pub use limit::Cost;
 pub use reached::{FeatureErrors, Reached};
-pub use retrieval::{Retrieval, Separation};
+pub use retrieval::Retrieval;
 
 /// A result: its bands, their uncertainty, and the numbers for the record.
 #[derive(Debug, Clone)]
@@ -64,7 +64,7 @@ impl Report {
             .max_by(|a, b| a.emissivity.half_width.total_cmp(&b.emissivity.half_width))
             .expect("there is at least one band");
         let e = widest.emissivity;
-        let rays_reached = packings.iter().all(|table| table.stop.reached);
+        let rays_reached = packings.iter().all(|table| table.stop.reached.tolerance);
         let by_interval = e.half_width <= tolerance && (packings.len() > 1 || rays_reached);
         let of_materials = packings[0].materials.iter();
         let seen_first = of_materials.clone().enumerate().map(|(i, material)| {
@@ -94,15 +94,15 @@ impl Report {
             coverage: cover::mean(&packings.iter().map(|t| &t.coverage).collect::<Vec<_>>()),
             missed: share(&|table| table.missed as f64),
             escaped_downward: share(&|table| table.escaped_downward as f64 / PARTS as f64),
-            trapped: share(&|table| table.histogram.given_up()),
+            trapped: share(&|table| table.histogram.paths_given_up()),
             kept: packings[0].histogram.kept,
-            ended_by: packings[0].stop.ended_by,
+            ended_by: packings[0].stop.reached.reason,
             inside: share(&|table| table.inside.iter().map(|inside| inside.paths as f64).sum()),
-            field: InField::mean(packings),
+            field: FieldSummary::mean(packings),
             budget: budget.widest(),
             spectra_unknown: budget.spectra_unknown.clone(),
             floor_effect: budget.floor_effect,
-            remarks: warnings::of_result(packings, &bands, tolerance, budget.floor_effect),
+            warnings: warnings::of_result(packings, &bands, tolerance, budget.floor_effect),
             retrieval: Retrieval::new(&packings[0], &bands, Assumed::EXACT),
             features: features(wavelengths_um, &emissivity),
             features_half_width: feature_errors(packings, wavelengths_um)?,

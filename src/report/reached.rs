@@ -12,10 +12,10 @@ use crate::signature::plan::Plan;
 use crate::spectrum::FacetSource;
 use crate::spectrum::features::Features;
 use crate::support::error::Status;
-use crate::table::Ended;
+use crate::table::StopReason;
 use crate::table::cover::Cover;
-use crate::table::field::InField;
-use crate::table::remark::Remark;
+use crate::table::field::FieldSummary;
+use crate::table::warning::Warning;
 
 /// The numbers of a scene's result. Half-widths are those of 95 % intervals in emissivity.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -67,12 +67,12 @@ pub struct Reached {
     /// What was recorded of each path.
     pub kept: Kept,
     /// The end of the trace of the first packing.
-    pub ended_by: Ended,
+    pub ended_by: StopReason,
     /// Share of paths given up inside a solid; `trapped` includes them.
     pub inside: f64,
     /// The field of the first packing, if there is one, and whether it is needed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub field: Option<InField>,
+    pub field: Option<FieldSummary>,
     /// The budget of the band with the widest total; `budget.csv` has every band.
     pub budget: Share,
     /// Materials whose spectra come without an error, which `budget.spectra` cannot include.
@@ -81,8 +81,8 @@ pub struct Reached {
     /// Largest change of any band's emissivity between a black and a white floor.
     pub floor_effect: Option<f64>,
     /// Warnings.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub remarks: Vec<Remark>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty", rename = "remarks")]
+    pub warnings: Vec<Warning>,
     /// Results of Eq. 2.
     pub retrieval: Retrieval,
     /// The curve's extrema and means.
@@ -95,7 +95,7 @@ impl Reached {
     /// The exit status of a result below its tolerance. A number of paths asked for has no
     /// tolerance.
     pub fn status(&self) -> Option<Status> {
-        let enough = self.tolerance_reached || self.ended_by == Ended::Paths;
+        let enough = self.tolerance_reached || self.ended_by == StopReason::Paths;
         (!enough).then_some(Status::ToleranceNotReached)
     }
 

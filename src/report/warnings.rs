@@ -7,8 +7,8 @@ use super::Reached;
 use crate::radiometry::Lit;
 use crate::signature::Band;
 use crate::spectrum::Spectrum;
-use crate::table::remark::Remark;
-use crate::table::{Ended, Table};
+use crate::table::warning::Warning;
+use crate::table::{StopReason, Table};
 
 /// Share of paths inside a solid from which a warning is given. Where dust is seated flush, some
 /// 1e-4 are lost in the crevices by rounding; more means overlap.
@@ -28,8 +28,8 @@ pub(super) fn lines(r: &Reached) -> Vec<String> {
             "by their spread it takes too many packings".into()
         } else {
             match r.ended_by {
-                Ended::MaxSeconds => "raise --max-seconds",
-                Ended::Paths => "ask for more --paths",
+                StopReason::MaxSeconds => "raise --max-seconds",
+                StopReason::Paths => "ask for more --paths",
                 _ => "raise --max-paths",
             }
             .into()
@@ -61,7 +61,7 @@ pub(super) fn lines(r: &Reached) -> Vec<String> {
     for (name, source) in &r.facets {
         lines.extend(source.warnings.iter().map(|why| format!("{name}: {why}")));
     }
-    lines.extend(r.remarks.iter().map(ToString::to_string));
+    lines.extend(r.warnings.iter().map(ToString::to_string));
     lines
 }
 
@@ -72,11 +72,11 @@ pub fn of_result(
     bands: &[Band],
     tolerance: f64,
     floor_effect: Option<f64>,
-) -> Vec<Remark> {
+) -> Vec<Warning> {
     let table = &packings[0];
-    let mut remarks: Vec<Remark> = packings.iter().flat_map(|t| t.remarks.clone()).collect();
-    remarks.extend(
-        floor_effect.filter(|effect| *effect > tolerance).map(|effect| Remark::Floor { effect }),
+    let mut warnings: Vec<Warning> = packings.iter().flat_map(|t| t.warnings.clone()).collect();
+    warnings.extend(
+        floor_effect.filter(|effect| *effect > tolerance).map(|effect| Warning::Floor { effect }),
     );
     let span = [bands[0].wavelength_um, bands[bands.len() - 1].wavelength_um];
     for material in &table.materials {
@@ -85,23 +85,23 @@ pub fn of_result(
             && error > tolerance
         {
             let spectrum = points.file.clone();
-            remarks.push(Remark::Undersampled { spectrum, error, at_um });
+            warnings.push(Warning::Undersampled { spectrum, error, at_um });
         }
     }
     let zenith_deg = table.view.zenith_deg;
     let notable = |error: Option<f64>| error.filter(|error| *error > tolerance);
     let grazing = notable(grazing_bins(table, bands));
-    remarks.extend(grazing.map(|error| Remark::GrazingBins { zenith_deg, error }));
+    warnings.extend(grazing.map(|error| Warning::GrazingBins { zenith_deg, error }));
     let zenith = notable(zenith_bins(table, bands));
-    remarks.extend(zenith.map(|error| Remark::ZenithBins { zenith_deg, error }));
+    warnings.extend(zenith.map(|error| Warning::ZenithBins { zenith_deg, error }));
     let mut kinds = Vec::new();
-    remarks.retain(|remark| {
-        let kind = std::mem::discriminant(remark);
+    warnings.retain(|warning| {
+        let kind = std::mem::discriminant(warning);
         let is_new = !kinds.contains(&kind);
         kinds.push(kind);
         is_new
     });
-    remarks
+    warnings
 }
 
 /// Half the change of the sky's radiance from the view's bin to the next where mirrors show it, as

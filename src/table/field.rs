@@ -1,4 +1,4 @@
-//! Whether a field is needed: what its patch alone gives in its place.
+//! The field of a patch, and what the patch alone gives in its place.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,12 +10,12 @@ use crate::table::Table;
 /// The field that was traced.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct InField {
+pub struct FieldSummary {
     /// Patches along x and y.
     pub patches: [u32; 2],
     /// Particles of one patch.
     pub particles_of_patch: u64,
-    /// Particles in all.
+    /// Particles of all patches.
     pub particles: u64,
     /// Length of the field along x and y, um.
     pub size_um: [f64; 2],
@@ -27,28 +27,29 @@ pub struct InField {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Alone {
-    /// Within periodic sides, whose seams cut solids as those of the field do: where it gives the same, the field is
-    /// not needed.
+    /// Within periodic sides, whose seams cut solids as those of the field do. If it gives the
+    /// same, the field is not needed.
     pub periodic: Difference,
-    /// Within mirror sides, which have no seams: what the seams do.
+    /// Within mirror sides, which have no seams: the effect of the seams.
     pub mirror: Difference,
 }
 
-/// What an emissivity differs by from that of the field.
+/// The difference of an emissivity from that of the field.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Difference {
-    /// It less that of the field, in the band where the field is least sure.
+    /// It less that of the field, in the band where the field is least precise.
     pub difference: f64,
-    /// Half-width of its 95 % interval: the noise of the rays; of several packings the spread between them.
+    /// Half-width of its 95 % interval: the noise of the rays; of several packings the spread
+    /// between them.
     pub half_width: f64,
     /// The band, um.
     pub at_um: f64,
-    /// Whether the difference is within its interval of 0.
+    /// Whether its interval contains 0.
     pub same: bool,
 }
 
-impl InField {
+impl FieldSummary {
     /// The field of a bed, if it is a patch of one.
     pub fn of(bed: &Bed) -> Option<Self> {
         let Sides::Field { .. } = bed.domain.sides else { return None };
@@ -64,22 +65,23 @@ impl InField {
         })
     }
 
-    /// The first packing's field, with what all packings alone differ by.
+    /// The first packing's field, with the mean differences of all packings.
     pub fn mean(packings: &[Table]) -> Option<Self> {
         let first = packings[0].field.clone()?;
         let alone: Option<Vec<Alone>> =
             packings.iter().map(|table| table.field.as_ref()?.alone).collect();
-        let Some(alone) = alone else { return Some(first) };
-        let mean = |of: fn(&Alone) -> Difference| {
+        let mean = |of: fn(&Alone) -> Difference, alone: &[Alone]| {
             let differences: Vec<f64> = alone.iter().map(|a| of(a).difference).collect();
             let difference = differences.iter().sum::<f64>() / differences.len() as f64;
             let one = of(&alone[0]);
             let half_width = statistics::half_width(&differences).unwrap_or(one.half_width);
             Difference::new(difference, half_width, one.at_um)
         };
-        let alone =
-            Alone { periodic: mean(|alone| alone.periodic), mirror: mean(|alone| alone.mirror) };
-        Some(Self { alone: Some(alone), ..first })
+        let alone = alone.map(|all| Alone {
+            periodic: mean(|alone| alone.periodic, &all),
+            mirror: mean(|alone| alone.mirror, &all),
+        });
+        Some(Self { alone, ..first })
     }
 }
 

@@ -1,29 +1,25 @@
-//! The spectra of a scene's materials, resolved, and the reflectances that a histogram is evaluated with.
+//! The spectra of a scene's materials, and the reflectances that a histogram is evaluated with.
 
 use std::path::{Path, PathBuf};
 
 use crate::histogram::tally::Kept;
-use crate::histogram::{Estimate, Mean};
+use crate::histogram::{Estimate, Histogram, Mean};
 use crate::scene::{Inverted, Material, SpectrumSource};
 use crate::spectrum::format::{self, Reading};
 use crate::spectrum::{PureBed, Spectrum, SpectrumError, kirchhoff};
 use crate::support::error::Failure;
+use crate::support::file_error::FileError;
 use crate::table::{Table, TableError};
 
-/// Why the spectrum that a scene names cannot be had.
+/// The spectrum that a scene names cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ResolveError {
     /// The spectrum itself.
     #[error(transparent)]
     Spectrum(#[from] SpectrumError),
-    /// A table is none of a pure bed.
-    #[error("{}: {problem}", path.display())]
-    PureBed {
-        /// The table.
-        path: PathBuf,
-        /// What is wrong.
-        problem: String,
-    },
+    /// A table is not that of a pure bed.
+    #[error(transparent)]
+    PureBed(FileError),
     /// The table of a pure bed cannot be used.
     #[error("pure bed: {0}")]
     PureBedTable(TableError),
@@ -33,7 +29,7 @@ impl Failure for ResolveError {
     fn hint(&self) -> Option<String> {
         match self {
             Self::Spectrum(error) => error.hint(),
-            Self::PureBed { .. } => Some(
+            Self::PureBed(_) => Some(
                 "trace a bed of one material whose spectrum is a constant, 0.05 say: docs/chemistry.md"
                     .into(),
             ),
@@ -51,7 +47,7 @@ pub struct MaterialError {
     /// The material.
     pub material: String,
     /// What is wrong with its spectrum.
-    pub source: ResolveError,
+    pub source: Box<ResolveError>,
 }
 
 impl Failure for MaterialError {
@@ -60,7 +56,7 @@ impl Failure for MaterialError {
     }
 }
 
-/// Places within a bin of cosines at which a reflectance is taken.
+/// Cosines within a bin at which a reflectance is taken.
 const WITHIN_BIN: u16 = 4;
 
 /// The reflectance of each symbol, by material and within it by cosine, at each wavelength.
@@ -100,14 +96,14 @@ pub fn reflectances(
         .collect()
 }
 
-/// The share of what a material's facets reflect that is specular. What the Fresnel equations describe is a smooth
-/// facet, a mirror, unless the scene says otherwise.
+/// The specular share of what a material's facets reflect. The Fresnel equations describe a mirror,
+/// unless the scene says otherwise.
 pub fn specular(material: &Material, spectrum: &Spectrum) -> f64 {
     material.specular.unwrap_or(if spectrum.is_angular() { 1.0 } else { 0.0 })
 }
 
 impl Spectrum {
-    /// Gets the spectrum that a scene names; files are relative to `folder`.
+    /// The spectrum that a scene names; files are relative to `folder`.
     pub fn resolve(source: &SpectrumSource, folder: &Path) -> Result<Self, ResolveError> {
         Ok(match source {
             SpectrumSource::Builtin(name) => Self::builtin(name)?,
@@ -134,22 +130,19 @@ impl PureBed {
     /// Reads the bounce tables of one bed or of several packings of one.
     ///
     /// # Errors
-    /// Tables that cannot be read, of more than one material, or of other than Lambertian facets.
+    /// Tables that cannot be read, of more than one material, or of facets that are not Lambertian.
     pub fn read(tables: &[PathBuf]) -> Result<Self, ResolveError> {
         let beds = Table::read_packings(tables).map_err(ResolveError::PureBedTable)?;
         for (table, path) in beds.iter().zip(tables) {
             let problem = if table.materials.len() != 1 {
-                format!(
-                    "a pure bed is of one material, its floor too, not of {}",
-                    table.materials.len()
-                )
+                let number = table.materials.len();
+                format!("a pure bed and its floor have one material, not {number}")
             } else if table.histogram.kept != Kept::PLAIN || table.materials[0].specular != 0.0 {
-                "the facets of a pure bed are Lambertian, of one temperature under an isotropic sky"
-                    .into()
+                "a pure bed has Lambertian facets of one temperature and an isotropic sky".into()
             } else {
                 continue;
             };
-            return Err(ResolveError::PureBed { path: path.clone(), problem });
+            return Err(ResolveError::PureBed(FileError::wrong(path, problem)));
         }
         let name = &beds[0].scene;
         let title = match beds.len() {
@@ -158,17 +151,17 @@ impl PureBed {
         };
         let bed = Self::of(title, &beds);
         match bed.problem() {
-            Some(problem) => Err(ResolveError::PureBed { path: tables[0].clone(), problem }),
+            Some(problem) => Err(ResolveError::PureBed(FileError::wrong(&tables[0], problem))),
             None => Ok(bed),
         }
     }
 
-    /// The mean of beds that all are of one material.
+    /// The mean of beds of one material.
     fn of(title: String, beds: &[Table]) -> Self {
         let (mut escaped, mut given_up) = (Vec::new(), Vec::new());
         for bed in beds {
-            let states =
-                [(&mut escaped, &bed.histogram.escaped), (&mut given_up, &bed.histogram.trapped)];
+            let Histogram { escaped: reached_sky, given_up: left, .. } = &bed.histogram;
+            let states = [(&mut escaped, reached_sky), (&mut given_up, left)];
             let all = bed.histogram.paths() * bed.histogram.parts as f64;
             for (shares, of) in states {
                 for (state, counts) in of {
@@ -176,7 +169,8 @@ impl PureBed {
                     if shares.len() <= hits {
                         shares.resize(hits + 1, 0.0);
                     }
-                    shares[hits] += count(counts) as f64 / all / beds.len() as f64;
+                    let parts: i64 = counts.iter().map(|(_, parts)| parts).sum();
+                    shares[hits] += parts as f64 / all / beds.len() as f64;
                 }
             }
         }
@@ -188,8 +182,4 @@ impl PureBed {
         let standard_error = (0..=100).map(error).fold(0.0, f64::max);
         Self { title, escaped, given_up, standard_error }
     }
-}
-
-fn count(counts: &[(u16, i64)]) -> i64 {
-    counts.iter().map(|(_, count)| count).sum()
 }

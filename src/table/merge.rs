@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use crate::support::error::Error;
-use crate::table::{Ended, Table, TableError};
+use crate::support::file_error::FileError;
+use crate::table::{StopReason, Table, TableError};
 
 /// Reads the tables of all parts of one trace, in any order, and adds them up.
 ///
@@ -16,55 +17,37 @@ pub fn merge(files: &[PathBuf]) -> Result<Table, Error> {
         .map(|file| Ok((Table::read(file)?, file.as_path())))
         .collect::<Result<_, TableError>>()?;
     parts.sort_by_key(|(table, _)| table.numbers);
-    let wrong = |file: &Path, problem: String| {
-        Err(TableError::Parts { path: file.to_owned(), problem }.into())
-    };
     let (first, first_file) = &parts[0];
-    for (part, file) in &parts {
-        if !part.is_part_of_same(first) {
-            let differs = part.differs_from(first).join(", ");
-            let other = first_file.display();
-            return wrong(
-                file,
-                format!("this is no part of the trace of {other}: they differ in {differs}"),
-            );
-        }
-        let (of, wanted) = (part.stop.wanted, first.stop.wanted);
-        if of != wanted {
-            let other = first_file.display();
-            return wrong(
-                file,
-                format!("it is part of a trace of {of} paths, {other} of one of {wanted}"),
-            );
-        }
-        if part.cells.is_some() != first.cells.is_some() {
-            return wrong(file, "it was counted by cells of the view and others were not".into());
-        }
-        if part.stop.ended_by == Ended::Interrupted {
-            return wrong(file, "its trace was interrupted and is not whole".into());
-        }
-    }
     let mut next = 0;
     for (part, file) in &parts {
+        let differs = part.differs_from(first);
+        let (of, wanted) = (part.stop.reached.wanted, first.stop.reached.wanted);
         let [from, end] = part.numbers;
-        if from < next {
-            return wrong(
-                file,
-                format!("paths {from} to {} are in another part too", next.min(end)),
-            );
-        }
-        if from > next {
-            return wrong(
-                file,
-                format!("paths {next} to {from} before it are in none of the parts"),
-            );
-        }
-        next = end;
+        let other = first_file.display();
+        let problem = if !differs.is_empty() {
+            let keys = differs.join(", ");
+            format!("this is not a part of the trace of {other}: they differ in {keys}")
+        } else if of != wanted {
+            format!("this is part of a trace of {of} paths, {other} of one of {wanted}")
+        } else if part.cells.is_some() != first.cells.is_some() {
+            "this was counted by cells of the view, and other parts were not".into()
+        } else if part.stop.reached.reason == StopReason::Interrupted {
+            "its trace was interrupted and is not complete".into()
+        } else if from < next {
+            format!("paths {from} to {} are in another part too", next.min(end))
+        } else if from > next {
+            format!("paths {next} to {from} before it are in none of the parts")
+        } else {
+            next = end;
+            continue;
+        };
+        return Err(TableError::Parts(FileError::wrong(file, problem)).into());
     }
     let (last, last_file) = parts.last().expect("at least one");
-    if next != last.stop.wanted {
-        let of = last.stop.wanted;
-        return wrong(last_file, format!("paths {next} to {of} after it are in none of the parts"));
+    let wanted = last.stop.reached.wanted;
+    if next != wanted {
+        let problem = format!("paths {next} to {wanted} after it are in none of the parts");
+        return Err(TableError::Parts(FileError::wrong(last_file, problem)).into());
     }
     let names: BTreeSet<&str> = parts
         .iter()
@@ -79,7 +62,7 @@ pub fn merge(files: &[PathBuf]) -> Result<Table, Error> {
     let mut whole = first.clone();
     whole.count(&tally, &names);
     whole.numbers = [0, next];
-    whole.stop.ended_by = Ended::Paths;
+    whole.stop.reached.reason = StopReason::Paths;
     whole.judge()?;
     Ok(whole)
 }

@@ -1,4 +1,4 @@
-//! A scene with all that its files hold, read once.
+//! A scene with the contents of its files except meshes, read once.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use crate::support::error::Error;
 
 /// A scene whose spectra, sky and atmosphere are known and cover the bands.
 ///
-/// Scenes of one recipe differ in geometry and seed alone and share the rest.
+/// Scenes of one recipe differ in geometry and seed only and share the rest.
 #[derive(Debug, Clone)]
 pub struct Prepared {
     /// The scene.
@@ -25,15 +25,15 @@ pub struct Prepared {
     pub wavelengths_um: Arc<[f64]>,
     /// In each band the reflectance of each symbol of a histogram.
     pub reflectances: Arc<[Vec<f64>]>,
-    /// What of each path has to be recorded.
+    /// What has to be recorded of each path.
     pub kept: Kept,
 }
 
 impl Prepared {
-    /// Reads what a scene names.
+    /// Reads the files that a scene names for spectra, sky and atmosphere.
     ///
     /// # Errors
-    /// A file that cannot be read, or that does not cover the bands.
+    /// A file cannot be read or does not cover the bands.
     pub fn new(scene: Scene, wavelengths_um: &[f64]) -> Result<Self, Error> {
         let materials = resolved(&scene)?;
         let angular = materials.iter().any(|m| m.spectrum.is_angular());
@@ -87,5 +87,6 @@ pub(crate) fn resolved(scene: &Scene) -> Result<Vec<TableMaterial>, MaterialErro
 }
 
 fn wrong(scene: &Scene, material: &str, source: ResolveError) -> MaterialError {
-    MaterialError { scene: scene.file.clone(), material: material.to_owned(), source }
+    let (file, material) = (scene.file.clone(), material.to_owned());
+    MaterialError { scene: file, material, source: Box::new(source) }
 }

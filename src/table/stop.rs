@@ -15,16 +15,17 @@ pub struct Target {
     pub max_paths: u64,
     /// Longest time, seconds.
     pub max_seconds: Option<f64>,
-    /// The weight below which a path is given up.
+    /// Weight below which a path is given up.
     pub least_weight: f64,
-    /// The paths of these numbers and no others, whatever they reach: all of a trace, or a part of it.
+    /// Trace exactly these paths, whatever they reach: all of a trace, or a part of it.
     pub exactly: Option<Part>,
 }
 
 impl Target {
-    /// A tolerance, with no limits that matter. Half of what a path that is given up might still carry, at most a tenth of the
-    /// tolerance and that of some of the paths only, is added to the interval: on dusty beds less than a hundredth of the
-    /// tolerance.
+    /// A tolerance, without limits that matter.
+    ///
+    /// Half of what a path given up might still carry widens the interval. That is at most a tenth
+    /// of the tolerance for some of the paths; on dusty beds less than a hundredth in all.
     pub fn of(tolerance: f64) -> Self {
         let least_weight = tolerance / 5.0;
         Self { tolerance, max_paths: 1 << 40, max_seconds: None, least_weight, exactly: None }
@@ -38,12 +39,13 @@ pub struct Part {
     pub first: u64,
     /// One more than that of the last.
     pub end: u64,
-    /// How many paths the whole trace has.
+    /// Number of paths of the whole trace.
     pub of: u64,
 }
 
 impl Part {
-    /// One of several parts of about equal size, counted from 1; each a multiple of [`LOT`] but for the rest.
+    /// One of several parts of about equal size, counted from 1; each but the last is a multiple of
+    /// [`LOT`].
     pub fn shard(number: u64, shards: u64, of: u64) -> Self {
         let lots = of.div_ceil(LOT);
         let edge =
@@ -52,108 +54,118 @@ impl Part {
     }
 }
 
-/// What no path saw of n has a probability of up to 3 / n (95 %): even without any spread the paths
-/// must be as many as that asks for.
+/// The fewest paths that can show a tolerance. What none of n paths saw has a probability of up to
+/// 3 / n (95 %), however small their spread.
 pub(crate) fn least_met(tolerance: f64) -> f64 {
     3.0 / tolerance
 }
 
 /// What was asked of the trace and what it reached.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Stop {
-    /// Half-width asked for, emissivity, at 95 %.
-    pub tolerance: f64,
-    /// The bands that were to reach it.
-    pub grid: Grid,
-    /// Most paths that were allowed; `None` where exactly so many were asked for.
-    pub max_paths: Option<u64>,
-    /// What ended the trace.
-    pub ended_by: Ended,
-    /// How many paths the whole trace has, of which this table may hold a part.
-    pub wanted: u64,
-    /// Widest half-width of any of the bands.
-    pub half_width: f64,
-    /// Where it is, um.
-    pub widest_at_um: f64,
-    /// Whether the tolerance was reached.
-    pub reached: bool,
-    /// What of the half-width paths that were given up leave open: more paths do not lessen it.
-    pub trapped: f64,
-    /// Weight, with all that it stood for, below which a path was given up: in none of the bands could it bring more to the sky.
+    /// What was asked.
+    #[serde(flatten)]
+    pub asked: Asked,
+    /// What came of it.
+    #[serde(flatten)]
+    pub reached: Reached,
+    /// Weight, times the paths that a path stands for, below which it was given up: it could bring
+    /// no more than this to the sky in any band.
     pub least_weight: f64,
 }
 
-impl Stop {
-    /// Of a trace that has still to begin.
-    pub fn new(target: &Target, grid: Grid) -> Self {
-        Self {
-            tolerance: target.tolerance,
-            max_paths: target.exactly.is_none().then_some(target.max_paths),
-            widest_at_um: grid.wavelengths_um()[0],
-            grid,
-            ended_by: Ended::Interrupted,
-            wanted: 0,
-            half_width: 1.0,
-            reached: false,
-            trapped: 0.0,
-            least_weight: target.least_weight,
-        }
-    }
+/// What is asked of a trace.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Asked {
+    /// Half-width of the 95 % interval, emissivity.
+    pub tolerance: f64,
+    /// The bands that are to reach it.
+    pub grid: Grid,
+    /// Most paths; `None` where an exact number of paths is asked for.
+    pub max_paths: Option<u64>,
+}
 
-    /// What was asked, without what came of it.
-    pub(super) fn asked(&self) -> Self {
+/// What a trace reached.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Reached {
+    /// Why the trace stopped.
+    #[serde(rename = "ended_by")]
+    pub reason: StopReason,
+    /// Number of paths of the whole trace, of which this table may hold a part.
+    pub wanted: u64,
+    /// Widest half-width of any of the bands.
+    pub half_width: f64,
+    /// Wavelength of that band, um.
+    pub widest_at_um: f64,
+    /// Whether it is within the tolerance.
+    #[serde(rename = "reached")]
+    pub tolerance: bool,
+    /// The part of the half-width that paths given up leave open: more paths do not lessen it.
+    pub trapped: f64,
+}
+
+impl Stop {
+    /// Of a trace that has not begun.
+    pub fn new(target: &Target, grid: Grid) -> Self {
+        let reached = Reached::nothing(&grid);
+        let max_paths = target.exactly.is_none().then_some(target.max_paths);
+        let asked = Asked { tolerance: target.tolerance, grid, max_paths };
+        Self { asked, reached, least_weight: target.least_weight }
+    }
+}
+
+impl Reached {
+    /// By no path.
+    pub(super) fn nothing(grid: &Grid) -> Self {
         Self {
-            widest_at_um: self.grid.wavelengths_um()[0],
-            ended_by: Ended::Interrupted,
+            reason: StopReason::Interrupted,
             wanted: 0,
             half_width: 1.0,
-            reached: false,
+            widest_at_um: grid.wavelengths_um()[0],
+            tolerance: false,
             trapped: 0.0,
-            ..self.clone()
         }
     }
 }
 
-/// What ends a trace.
+/// Why a trace stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Ended {
-    /// The tolerance was reached.
+pub enum StopReason {
+    /// It reached the tolerance.
     Tolerance,
-    /// More paths would not help: those that were given up leave too much open.
+    /// More paths would not help: those given up leave too much open.
     Trapped,
-    /// All paths that were allowed are traced.
+    /// It traced all paths that were allowed.
     MaxPaths,
-    /// The time that was allowed is over.
+    /// It took all the time that was allowed.
     MaxSeconds,
-    /// As many paths as were asked for are traced, whatever they reach.
+    /// It traced exactly as many paths as were asked for.
     Paths,
     /// It was interrupted, or is still under way.
     Interrupted,
 }
 
-/// How sure a histogram is in the band where it is least so.
+/// How precise a histogram is in its least precise band.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sureness {
+pub struct Precision {
     /// The band.
     pub widest: usize,
     /// The mean weight there.
     pub weight: Mean,
-    /// Whether it reaches the tolerance, with enough paths to say so.
+    /// Whether it reaches the tolerance, with enough paths to show it.
     pub reached: bool,
 }
 
-impl Sureness {
-    /// Of the bands, given as one reflectance for each symbol.
+impl Precision {
+    /// Of the bands, each given as one reflectance for each symbol.
     pub fn of(histogram: &Histogram, bands: &[Vec<f64>], tolerance: f64) -> Self {
-        let weights = histogram.weight_in(bands);
         let wider = |a: &(usize, Mean), b: &(usize, Mean)| {
-            // The first of several that are as wide.
+            // Of several equally wide bands the first.
             a.1.half_width().total_cmp(&b.1.half_width()).then(b.0.cmp(&a.0))
         };
-        let (widest, weight) =
-            weights.into_iter().enumerate().max_by(wider).expect("there is at least one band");
+        let weights = histogram.weight_in(bands).into_iter().enumerate();
+        let (widest, weight) = weights.max_by(wider).expect("there is at least one band");
         let enough = histogram.paths() >= least_met(tolerance);
         Self { widest, weight, reached: weight.half_width() <= tolerance && enough }
     }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::geometry::Domain;
 use crate::scene::Sides;
 
-/// The parallelogram from which the sensor's rays start; of a field that over one patch.
+/// The parallelogram from which the sensor's rays start; of a field the one over one patch.
 pub(crate) struct Footprint {
     pub(crate) corner: DVec3,
     pub(crate) right: DVec3,
@@ -13,9 +13,9 @@ pub(crate) struct Footprint {
 }
 
 impl Footprint {
-    /// Where the bed goes on beyond its domain, the plan of the domain at its top: any part of the plan
-    /// sees the same. In the open a rectangle across the line of sight that covers all of the domain's
-    /// box, so that the target is seen whole from any side.
+    /// Where the bed goes on beyond its domain: the plan of the domain at its top. In the open: a
+    /// rectangle across the line of sight that covers the domain's box, so that the whole target is
+    /// seen from any side.
     pub(crate) fn new(domain: &Domain, to_sensor: DVec3) -> Self {
         let (min, max) = (domain.min_um, domain.max_um);
         let size = max - min;

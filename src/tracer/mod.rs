@@ -1,12 +1,12 @@
-//! Backward paths from the sensor into counts of what they hit.
+//! Paths traced backward from the sensor, and counts of what they hit.
 //!
-//! Facets are opaque, and how they send a path on does not depend on wavelength: a Lambertian one by the cosine, a
-//! specular one as a mirror. So one path serves every band.
+//! Facets are opaque and scatter a path independently of wavelength: a Lambertian one by the cosine,
+//! a specular one as a mirror. So one path serves every band.
 
-pub mod alone;
+mod alone;
+mod bed_warnings;
 pub mod bvh;
 pub mod coverage;
-mod doubts;
 pub(crate) mod field;
 pub(crate) mod footprint;
 pub mod rules;
@@ -18,12 +18,14 @@ pub mod until;
 use std::ops::Range;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::geometry::Bed;
+use crate::geometry::ingest::Sources;
 use crate::histogram::tally::{CELLS, PARTS, Tally};
 use crate::scene::Sides;
+use crate::support::error::Error;
 use crate::support::monitor::Interrupted;
 use crate::support::random::{CELLS_OF_VIEW, Point, Points, Purpose, group_of};
 use crate::tracer::bvh::{Accelerator, Hit};
@@ -31,42 +33,54 @@ use crate::tracer::field::{Field, Meets, Ray};
 use crate::tracer::rules::TracingRules;
 use crate::tracer::scatter::Scatter;
 
-/// Paths that are put in order and traced before those that come after them.
+/// Paths that are sorted by where they begin and traced together.
 pub(crate) const WAVE: u64 = 1 << 15;
 
-/// Paths that one thread traces at a go.
+/// Paths that one thread traces at a time.
 const BLOCK: usize = 1024;
 
-/// By how much a ray's origin is lifted off its facet, as a share of the greatest coordinate: 256 times what
-/// a double is rounded by. Hit points and their way from the mesh's coordinates into the scene's and into
-/// another mesh's take some ten roundings, so that the origin is certainly on the outer side of the facet and
-/// of those in its plane. For a bed one metre wide it is 3e-8 um.
+/// Distance by which a ray's origin is lifted off its facet, as a share of the greatest coordinate:
+/// 256 times the rounding of a double. Hit points and their transforms from one mesh to another take
+/// some ten roundings, so the origin is certainly on the outer side of the facet and of those in its
+/// plane. For a bed one metre wide it is 3e-8 um.
 const LIFT: f64 = 128.0 * f64::EPSILON;
 
-/// The weight, by the greatest reflectance of each facet in any band, to which Russian roulette raises what a path carries. Twice as much or
-/// half of it costs as much (docs/tracer_speed.md).
+/// Weight to which Russian roulette raises a path, by the greatest reflectance of each facet in any
+/// band. Twice as much or half of it costs as much (docs/tracer_speed.md).
 const RAISED_TO: f64 = 0.1;
 
-/// Paths that Russian roulette lets one stand for at most: more would tell too much of themselves in brighter bands than
-/// the paths were traced for.
+/// Most paths that one stands for after Russian roulette: more would dominate in bands that are
+/// brighter than those the paths were traced for.
 const STANDS_FOR: u64 = 8;
 
 /// A bed made ready for tracing.
 pub struct Tracer {
     bed: Arc<Bed>,
+    scene_sha256: Option<String>,
     accelerator: Arc<Accelerator>,
     /// Distance by which a ray's origin is lifted off each placement's facets, um.
     lift_um: Arc<[f64]>,
     field: Field,
 }
 
-/// What became of a ray.
+/// What the sensor sees at one place.
+#[derive(Debug, Clone, Copy)]
+pub struct FirstHit {
+    /// The mesh; `None` if it is the floor, or a solid that a side cuts.
+    pub mesh: Option<usize>,
+    /// Index of the material.
+    pub material: u16,
+    /// Cosine between the facet's normal and the direction to the sensor.
+    pub cosine: f64,
+}
+
+/// What a ray meets.
 ///
-/// A ray is inside a solid if it meets a closed mesh from behind. The sensor is above everything, so that
-/// comes only of solids that overlap, or of a hit so near to where two touch that the lifted origin is in
-/// the other one.
+/// A ray is inside a solid if it meets a closed mesh from behind. The sensor is above everything, so
+/// this happens only where solids overlap, or so near to where two touch that the lifted origin is
+/// inside the other one.
 enum Event {
-    /// Of no mesh if it is the floor, or a solid that a side cuts.
+    /// On no mesh if it is the floor, or a solid that a side cuts.
     Hit {
         mesh: Option<usize>,
         material: u16,
@@ -84,10 +98,18 @@ impl Tracer {
     /// Builds the acceleration structure.
     pub fn new(bed: Bed) -> Self {
         let accelerator = Accelerator::new(&bed);
-        Self::with(bed, accelerator)
+        Self::with(bed, accelerator, None)
     }
 
-    fn with(bed: Bed, accelerator: Accelerator) -> Self {
+    /// The tracer of a scene whose files were read.
+    ///
+    /// # Errors
+    /// A mesh is broken, or the bed does not fit its domain.
+    pub fn of(sources: &Sources) -> Result<Self, Error> {
+        Ok(Self { scene_sha256: Some(sources.sha256()?), ..Self::new(sources.bed()?) })
+    }
+
+    fn with(bed: Bed, accelerator: Accelerator, scene_sha256: Option<String>) -> Self {
         let lift_um = bed
             .placements
             .iter()
@@ -99,7 +121,8 @@ impl Tracer {
             })
             .collect();
         let field = Field::new(&bed, bed.domain.sides);
-        Self { bed: Arc::new(bed), accelerator: Arc::new(accelerator), lift_um, field }
+        let (bed, accelerator) = (Arc::new(bed), Arc::new(accelerator));
+        Self { bed, scene_sha256, accelerator, lift_um, field }
     }
 
     /// The same bed within other sides.
@@ -107,15 +130,21 @@ impl Tracer {
     pub fn within(&self, sides: Sides) -> Self {
         let field = Field::new(&self.bed, sides);
         let (bed, accelerator) = (Arc::clone(&self.bed), Arc::clone(&self.accelerator));
-        Self { bed, accelerator, lift_um: Arc::clone(&self.lift_um), field }
+        let (scene_sha256, lift_um) = (self.scene_sha256.clone(), Arc::clone(&self.lift_um));
+        Self { bed, scene_sha256, accelerator, lift_um, field }
     }
 
-    /// The bed without so many of its lowest grains; what is built of its meshes is shared.
+    /// The bed without this many of its lowest grains; the trees of its meshes are shared.
     #[must_use]
     pub fn without_lowest(&self, grains: usize) -> Self {
         let bed = self.bed.without_lowest(grains);
         let accelerator = self.accelerator.of(&bed);
-        Self::with(bed, accelerator)
+        Self::with(bed, accelerator, self.scene_sha256.clone())
+    }
+
+    /// SHA-256 of the scene file and its meshes, if the bed was read from them.
+    pub fn scene_sha256(&self) -> Option<&str> {
+        self.scene_sha256.as_deref()
     }
 
     /// The bed that is traced.
@@ -128,7 +157,7 @@ impl Tracer {
         &self.accelerator
     }
 
-    /// Traces the paths of those numbers. `progress` is told how many paths were done, from any
+    /// Traces the paths of these numbers. `progress` is told how many more paths are done, from any
     /// thread, and may stop the work.
     pub fn trace(
         &self,
@@ -152,8 +181,8 @@ impl Tracer {
         Tally::new(self.bed.materials, rules.kept)
     }
 
-    /// Traces some paths in the order of where they begin: paths beside each other meet the same nodes and triangles, which are
-    /// still at hand. Counts do not depend on the order.
+    /// Traces paths in the order of where they begin: neighbours meet the same nodes and triangles,
+    /// which are still in the caches. Counts do not depend on the order.
     fn wave(
         &self,
         rules: &TracingRules,
@@ -168,7 +197,7 @@ impl Tracer {
         };
         let blocks = ((numbers.end - numbers.start) as usize).div_ceil(BLOCK);
         let mut paths: Vec<_> = (0..blocks).into_par_iter().flat_map_iter(block).collect();
-        paths.par_sort_by_cached_key(|(place, ..)| along_z_curve(*place));
+        paths.par_sort_by_cached_key(|(place, ..)| morton(*place));
         paths
             .par_chunks_mut(BLOCK)
             .map(|block| {
@@ -190,14 +219,14 @@ impl Tracer {
             )
     }
 
-    /// The cell of the view at a place of it, where the target fills the view.
+    /// The cell of the view at a place in it; `None` where the target does not fill the view.
     fn cell(&self, place: [f64; 2]) -> Option<u16> {
         let [x, y] = place.map(|at| (at * f64::from(CELLS)) as u16);
         (self.bed.domain.sides != Sides::Open).then_some(x + CELLS * y)
     }
 
-    /// One path of a camera, whose ray is given in the coordinates of the scene and comes from above; a ray that never
-    /// comes down misses.
+    /// One path of a camera above the scene, whose ray is given in the scene's coordinates. A ray
+    /// that never comes down misses.
     pub(crate) fn path_of_camera(
         &self,
         rules: &TracingRules,
@@ -207,20 +236,20 @@ impl Tracer {
     ) {
         match self.field.enter(origin, direction) {
             Some(ray) => self.follow(rules, ray, random, tally),
-            None => tally.ended(1.0),
+            None => tally.reached_sky(1.0),
         }
     }
 
-    /// A path from its first ray on.
+    /// Follows a path to its end.
     fn follow(&self, rules: &TracingRules, mut ray: Ray, random: &mut Point, tally: &mut Tally) {
         let mut left = None;
         let mut weight = 1.0;
         let mut event = self.next(&mut ray);
         loop {
             match event {
-                Event::Sky => return tally.ended(ray.direction.z),
-                Event::Lost => return tally.trapped(),
-                Event::Inside { mesh } => return tally.buried(left, mesh),
+                Event::Sky => return tally.reached_sky(ray.direction.z),
+                Event::Lost => return tally.give_up(),
+                Event::Inside { mesh } => return tally.give_up_inside(left, mesh),
                 Event::Hit { mesh, material, point, normal } => {
                     left = mesh;
                     let facet = rules.facets[usize::from(material)];
@@ -228,15 +257,15 @@ impl Tracer {
                         tally.hit(material, facet.by_angle, -ray.direction.dot(normal));
                     weight *= rules.greatest[symbol];
                     if hits >= rules.most_hits || weight * tally.share() < rules.least_weight {
-                        return tally.trapped();
+                        return tally.give_up();
                     }
                     let mut numbers = random.pair();
-                    // The first hit sends out several rays, and is worth them.
+                    // No roulette before the several rays of the first hit.
                     if hits > 1 && !rules.kept.order {
                         let times = (RAISED_TO / (weight * tally.share())) as u64;
                         let times = times.min(STANDS_FOR / tally.stands_for());
                         if times > 1 {
-                            // What is left of the number is as random as it was.
+                            // The rest of the number is as random as the whole.
                             numbers[1] *= times as f64;
                             let goes_on = numbers[1] < 1.0;
                             tally.roulette(times, goes_on);
@@ -261,13 +290,14 @@ impl Tracer {
         }
     }
 
-    /// Tries several directions at a path's first hit, where the sky is met most often. Those that meet it bring their
-    /// parts of the path there; the others together go on along one of them: along the first if it is blocked, for its
-    /// hit is known, else along any.
+    /// Tries several directions at a path's first hit, where rays reach the sky most often
+    /// (next-event estimation). Each that reaches it brings its part of the path there. The others
+    /// together go on along one of them: along the first if it is blocked, since its hit is known,
+    /// else along any.
     ///
-    /// Each direction is distributed as a single one would be. So is the one that goes on, among those that are blocked: as the
-    /// lattice's turns are alike, the first is as likely any one of them, and it is blocked as often as their share is. So no mean
-    /// changes, only its noise.
+    /// Each direction has the distribution of a single one. So has the one that goes on, among those
+    /// that are blocked: all points of the lattice are alike, so the first is any of them with equal
+    /// probability. No mean changes, only its noise.
     fn split(
         &self,
         scatter: &Scatter,
@@ -289,7 +319,7 @@ impl Tracer {
                 count += 1;
             }
         }
-        tally.escaped(&cosines[..open]);
+        tally.parts_reached_sky(&cosines[..open]);
         if count == 0 {
             return None;
         }
@@ -321,18 +351,17 @@ impl Tracer {
         }
     }
 
-    /// The hit point, lifted off the surface, and the normal on the ray's side.
+    /// A hit on a mesh: the point, lifted off the surface, and the normal on the ray's side.
     fn at_mesh(&self, hit: &Hit, direction: DVec3) -> Event {
         let place = &self.bed.placements[hit.placement];
         let mesh = &self.bed.meshes[place.mesh];
-        let [a, b, c] = hit.corners.map(glam::Vec3::as_dvec3);
+        let [a, b, c] = hit.corners.map(Vec3::as_dvec3);
         let [v, w] = hit.weights;
         let point = place.to_scene.transform_point3(a + v * (b - a) + w * (c - a));
         let matrix = place.to_scene.matrix3;
         let (ab, ac) = (matrix * (b - a), matrix * (c - a));
         let cross = ab.cross(ac);
-        let mirrored = matrix.determinant() < 0.0;
-        let outward = cross.normalize() * if mirrored { -1.0 } else { 1.0 };
+        let outward = cross.normalize() * place.handedness();
         let behind = outward.dot(direction) > 0.0;
         if behind && mesh.closed {
             return Event::Inside { mesh: place.mesh };
@@ -348,27 +377,20 @@ impl Tracer {
         }
     }
 
-    /// What the sensor sees at a place of its view, of a field over its first patch, 0 to 1 from the left and
-    /// from below: the material and the cosine between the facet's normal and the direction to the sensor.
-    pub fn look(&self, place: [f64; 2]) -> Option<(u16, f64)> {
+    /// What the sensor sees at a place in its view, 0 to 1 from the left and from below; of a field
+    /// over its first patch.
+    pub fn first_hit(&self, place: [f64; 2]) -> Option<FirstHit> {
         match self.next(&mut self.field.start(place, || [0.0, 0.0])) {
-            Event::Hit { material, normal, .. } => Some((material, normal.dot(self.bed.to_sensor))),
-            Event::Sky | Event::Lost | Event::Inside { .. } => None,
-        }
-    }
-
-    /// The mesh, unless it is the floor or cut by a side, and the material that the sensor sees at a place of its view,
-    /// of a field over its first patch.
-    pub fn first(&self, place: [f64; 2]) -> Option<(Option<usize>, u16)> {
-        match self.next(&mut self.field.start(place, || [0.0, 0.0])) {
-            Event::Hit { mesh, material, .. } => Some((mesh, material)),
+            Event::Hit { mesh, material, normal, .. } => {
+                Some(FirstHit { mesh, material, cosine: normal.dot(self.bed.to_sensor) })
+            }
             Event::Sky | Event::Lost | Event::Inside { .. } => None,
         }
     }
 }
 
-/// Where a place of the view lies on Morton's curve: the bits of its coordinates in turns.
-fn along_z_curve(place: [f64; 2]) -> u32 {
+/// Morton order of a place in the view: the bits of its coordinates interleaved.
+fn morton(place: [f64; 2]) -> u32 {
     let [x, y] = place.map(|at| (at * 65536.0) as u32);
     (0..16).map(|bit| (x >> bit & 1) << (2 * bit) | (y >> bit & 1) << (2 * bit + 1)).sum()
 }

@@ -1,14 +1,14 @@
-//! The rules that paths go by, and what of them has to be kept.
+//! How paths are traced, and what is recorded of each.
 
 use crate::histogram::tally::Kept;
 use crate::support::random::Sampler;
 use crate::table::{Prepared, TableMaterial};
 
-/// Hits after which a path is given up, however much it may still carry: two mirrors face to face would hold it for
-/// ever.
+/// Hits after which a path is given up, whatever its weight: two mirrors face to face would hold it
+/// for ever.
 pub const MOST_HITS: u16 = 128;
 
-/// How a facet sends on what it reflects.
+/// How a facet scatters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Facet {
     /// The share that is specular, 0 to 1; the rest is Lambertian.
@@ -18,30 +18,30 @@ pub struct Facet {
 }
 
 impl Facet {
-    /// Reflects alike into all directions, alike from all.
+    /// Reflects all light diffusely, whatever its direction.
     pub const LAMBERTIAN: Self = Self { specular: 0.0, by_angle: false };
 }
 
-/// The rules that paths go by.
+/// How paths are traced, and what is recorded of each.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TracingRules {
-    /// What is kept of a path.
+    /// What is recorded of each path.
     pub kept: Kept,
     /// The facets of each material.
     pub facets: Vec<Facet>,
-    /// Where paths take their numbers from.
+    /// The source of random numbers.
     pub sampler: Sampler,
     /// Hits after which a path is given up.
     pub most_hits: u16,
-    /// The greatest reflectance of each symbol in any of the bands that matter.
+    /// The greatest reflectance of each symbol in any band.
     pub greatest: Vec<f64>,
-    /// A path is given up when the product of those, times the share of it that is under way and the paths that it stands for, is
-    /// below this weight.
+    /// Weight below which a path is given up: the product of these reflectances, times the share of
+    /// the path that has not ended and the paths that it stands for.
     pub least_weight: f64,
 }
 
 impl TracingRules {
-    /// The rules of a scene: records the least that serves it. Paths go on to the last hit.
+    /// The rules of a scene. They record the least that it needs, and give up no path for its weight.
     pub fn new(prepared: &Prepared) -> Self {
         let of =
             |m: &TableMaterial| Facet { specular: m.specular, by_angle: m.spectrum.is_angular() };
@@ -52,8 +52,8 @@ impl TracingRules {
         Self { kept, facets, sampler, most_hits: MOST_HITS, greatest, least_weight: 0.0 }
     }
 
-    /// Gives paths up whose weight is below `least_weight` in each of the bands, which are given as a reflectance for
-    /// each symbol.
+    /// Gives up paths whose weight is below `least_weight` in each of the bands, which are given as one
+    /// reflectance for each symbol.
     #[must_use]
     pub fn ending_below(mut self, least_weight: f64, bands: &[Vec<f64>]) -> Self {
         for (symbol, greatest) in self.greatest.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! How a path leaves a facet: into a direction, or several, that do not depend on wavelength.
+//! How a facet scatters a path: in one or several directions, independent of wavelength.
 
 use glam::{DMat3, DVec2, DVec3};
 
@@ -6,16 +6,16 @@ use crate::histogram::tally::PARTS;
 use crate::tracer::field::Ray;
 use crate::tracer::rules::Facet;
 
-/// A path at a facet that it leaves.
+/// The scatter of a path at a facet.
 pub(crate) struct Scatter {
-    /// The ray that came.
+    /// The incident ray.
     ray: Ray,
     point: DVec3,
     facet: Facet,
     /// The tangent, the bitangent and the normal.
     frame: DMat3,
-    /// Where the first of the directions lies among all: a share of the specular and of the disc below the normal, and
-    /// where on the circle.
+    /// The first direction: a share of the specular part and of the disc below the normal, and the
+    /// place on the circle.
     share: f64,
     on_circle: DVec2,
 }
@@ -34,7 +34,7 @@ impl Scatter {
         Self { ray, point, facet, frame, share, on_circle }
     }
 
-    /// The ray of that number below [`PARTS`]: the numbers lie on a Fibonacci lattice, which is even in share and turn.
+    /// The ray of a number below [`PARTS`]. The rays lie on a Fibonacci lattice in share and turn.
     pub(crate) fn ray(&self, number: u64) -> Ray {
         /// Cosine and sine of no, one and two fifths of a turn.
         const FIFTHS: [DVec2; 3] = [
@@ -55,8 +55,8 @@ impl Scatter {
         ray
     }
 
-    /// The direction in which the facet sends a path on: a facet that is specular in part chooses by the share,
-    /// whose rest serves the Lambertian part.
+    /// A direction of the scatter. The share selects the specular or the Lambertian part; its rest
+    /// serves the Lambertian part.
     fn reflected(&self, share: f64, on_circle: DVec2) -> DVec3 {
         let specular = self.facet.specular;
         if share < specular {
@@ -67,8 +67,8 @@ impl Scatter {
     }
 }
 
-/// A direction about the z axis with density cos / pi, over a point of the disc below it: the share of the disc that lies
-/// within, below 1, and where on the circle.
+/// A direction about the z axis with density cos / pi, above a point of the disc below it. `share` is
+/// the share of the disc nearer to the middle, below 1.
 fn cosine_direction(share: f64, on_circle: DVec2) -> DVec3 {
     // The share is below 1, so the direction never lies in the surface.
     (share.sqrt() * on_circle).extend((1.0 - share).sqrt())
@@ -82,19 +82,13 @@ mod tests {
     use crate::support::random::{Purpose, Source};
     use crate::tracer::field::Field;
 
-    /// Where on the disc below the normal the five directions of a facet lie: the share of the disc that is nearer to its
-    /// middle, and the share of a turn.
+    /// The five directions of a facet on the disc below the normal: the share of the disc nearer to
+    /// its middle, and the share of a turn.
     fn on_disc(normal: DVec3, numbers: [f64; 2]) -> [[f64; 2]; PARTS as usize] {
         let bed = Bed {
             meshes: Vec::new(),
             placements: Vec::new(),
-            domain: Domain {
-                min_um: DVec3::ZERO,
-                max_um: DVec3::ONE,
-                sides: Sides::Open,
-                patches: [1, 1],
-                floor: None,
-            },
+            domain: Domain::new(DVec3::ZERO, DVec3::ONE, Sides::Open),
             to_sensor: DVec3::Z,
             materials: 1,
         };
@@ -110,13 +104,13 @@ mod tests {
         })
     }
 
-    /// From a number to another one, as a share of a turn from 0 to 1.
+    /// The difference of two shares of a turn, from 0 to 1.
     fn onward(from: f64, to: f64) -> f64 {
         (to - from).rem_euclid(1.0)
     }
 
-    /// A path goes on along the first direction for any of those that are blocked. That is right if none of the five differs from
-    /// the others: from each the others lie as they lie from the first, however the lattice is shifted.
+    /// A path goes on along the first direction in place of any that is blocked. That is right if all
+    /// five are alike: from each the others lie as they lie from the first.
     #[test]
     fn the_five_directions_of_a_first_hit_are_alike() {
         let mut random = Source::new(1, Purpose::Result).stream(0);

@@ -3,35 +3,21 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use sha2::{Digest, Sha256};
-
-use crate::geometry::ingest;
+use crate::geometry::ingest::Sources;
 use crate::histogram::Histogram;
 use crate::scene::{Grid, Scene};
 use crate::support::error::Error;
 use crate::support::monitor::Monitor;
-use crate::support::output;
 use crate::table::cover::Cover;
-use crate::table::field::{Alone, InField};
-use crate::table::{self, Ended, Prepared, Stop, Table, TableError, Target};
+use crate::table::field::{Alone, FieldSummary};
+use crate::table::{self, Prepared, Stop, StopReason, Table, TableError, Target};
 use crate::tracer::rules::{MOST_HITS, TracingRules};
-use crate::tracer::until::{self, Traced, Watch};
-use crate::tracer::{Tracer, coverage, doubts};
-
-/// SHA-256 of a scene file and the meshes it names: what a table belongs to.
-pub fn scene_sha256(scene: &Scene) -> Result<String, Error> {
-    let mut sum = Sha256::new();
-    sum.update(output::sha256(&scene.file)?);
-    for file in ingest::files(scene)? {
-        sum.update(output::sha256(&file)?);
-    }
-    Ok(output::hex(&sum.finalize()))
-}
+use crate::tracer::until::{self, TracedPaths};
+use crate::tracer::{Tracer, bed_warnings, coverage};
 
 /// Reads the meshes of a placed scene and makes them ready for tracing.
 pub fn tracer(scene: &Scene) -> Result<Tracer, Error> {
-    ingest::files(scene)?;
-    Ok(Tracer::new(ingest::load(scene)?))
+    Tracer::of(&Sources::read(scene)?)
 }
 
 /// The floor's material, if nothing else is made of it.
@@ -54,11 +40,14 @@ pub(crate) fn untraced(tracer: &Tracer, prepared: &Prepared, stop: Stop) -> Resu
     for (material, chord) in materials.iter_mut().zip(tracer.bed().mean_chords_um()) {
         material.mean_chord_um = chord;
     }
-    let longest_um = stop.grid.range_um().1;
+    let longest_um = stop.asked.grid.range_um().1;
     Ok(Table {
         soilsig_table: table::FORMAT,
         scene: scene.name.clone(),
-        scene_sha256: scene_sha256(scene)?,
+        scene_sha256: match tracer.scene_sha256() {
+            Some(sum) => sum.to_owned(),
+            None => Sources::read(scene)?.sha256()?,
+        },
         temperature_k: scene.temperature_k,
         sky_temperature_k: scene.sky_temperature_k.clone(),
         sky_radiance: prepared.air.sky_radiance.clone(),
@@ -69,7 +58,7 @@ pub(crate) fn untraced(tracer: &Tracer, prepared: &Prepared, stop: Stop) -> Resu
         materials,
         stop,
         floor: floor_alone(tracer),
-        field: InField::of(tracer.bed()),
+        field: FieldSummary::of(tracer.bed()),
         numbers: [0, 0],
         paths: 0,
         missed: 0,
@@ -77,7 +66,7 @@ pub(crate) fn untraced(tracer: &Tracer, prepared: &Prepared, stop: Stop) -> Resu
         hits: 0,
         inside: Vec::new(),
         coverage: coverage(tracer, scene),
-        remarks: doubts::of_bed(tracer, longest_um, scene.seed),
+        warnings: bed_warnings::of_bed(tracer, longest_um, scene.seed),
         histogram: Histogram::empty(prepared.kept),
         cells: None,
     })
@@ -90,9 +79,9 @@ pub struct Request<'a> {
     pub grid: &'a Grid,
     /// What to reach, and what at most to spend.
     pub target: Target,
-    /// File in which an interrupted trace leaves what it has. A trace of the same scene that finds it goes on from it.
+    /// File in which an interrupted trace leaves its paths. A trace of the same scene goes on from it.
     pub partial: Option<&'a Path>,
-    /// What the monitor is told that is traced.
+    /// What the monitor is told is traced.
     pub what: &'a str,
 }
 
@@ -103,10 +92,10 @@ impl<'a> Request<'a> {
     }
 }
 
-/// Traces a scene until the widest of its bands has its half-width.
+/// Traces a scene until the widest half-width of its bands is within the tolerance.
 ///
 /// # Errors
-/// The monitor stopped it; no path met anything.
+/// The monitor stopped it, or no path met anything.
 pub fn trace(
     tracer: &Tracer,
     prepared: &Prepared,
@@ -119,41 +108,45 @@ pub fn trace(
     let names: Vec<&str> = tracer.bed().meshes.iter().map(|mesh| mesh.name.as_str()).collect();
     let empty = untraced(tracer, prepared, Stop::new(&target, grid.clone()))?;
     let first = target.exactly.map_or(0, |part| part.first);
-    let table_of = |traced: &Traced| {
+    let table_of = |traced: &TracedPaths| {
         let mut table = empty.clone();
         table.count(&traced.tally, &names);
         table.numbers = [first, first + table.paths];
-        table.stop.wanted = traced.wanted;
-        table.stop.ended_by = traced.ended_by;
+        (table.stop.reached.wanted, table.stop.reached.reason) = (traced.wanted, traced.reason);
         if table.met() > 0 {
             table.judge()?;
         }
         Ok::<_, Error>(table)
     };
-    // What was kept of a trace of other extent is another trace's.
+    // A file of other paths belongs to another trace.
     let fits = |table: &Table| {
         table.numbers[0] == first
             && target
                 .exactly
-                .is_none_or(|part| table.stop.wanted == part.of && table.numbers[1] <= part.end)
+                .is_none_or(|p| table.stop.reached.wanted == p.of && table.numbers[1] <= p.end)
     };
     let earlier = partial
         .filter(|file| file.is_file())
         .and_then(|file| Table::read(file).ok())
-        .filter(|table| table.is_part_of_same(&empty) && fits(table))
-        .map(|table| Traced {
+        .filter(|table| table.differs_from(&empty).is_empty() && fits(table))
+        .map(|table| TracedPaths {
             tally: table.tally(&names),
-            wanted: table.stop.wanted,
-            ended_by: Ended::Interrupted,
+            wanted: table.stop.reached.wanted,
+            reason: StopReason::Interrupted,
         });
-    let keep = |traced: &Traced| match partial {
+    let save = |traced: &TracedPaths| match partial {
         Some(file) if traced.tally.paths > traced.tally.missed => {
             Ok(table_of(traced)?.write(file)?)
         }
         _ => Ok(()),
     };
-    let watch = Watch { monitor, what, keep: &keep };
-    let traced = until::trace(tracer, &rules, prepared.scene.seed, bands, target, earlier, &watch)?;
+    let request = until::Request {
+        what,
+        resume: earlier.as_ref(),
+        save: &save,
+        ..until::Request::new(&rules, prepared.scene.seed, bands, target, monitor)
+    };
+    let traced = until::trace(tracer, &request)?;
     if traced.tally.paths == traced.tally.missed {
         return Err(TableError::Empty.into());
     }
@@ -161,8 +154,8 @@ pub fn trace(
     if target.exactly.is_none()
         && let Some(field) = &empty.field
     {
-        let alone = Alone::trace(tracer, &rules, &table, bands, target, monitor)?;
-        table.field = Some(InField { alone: Some(alone), ..field.clone() });
+        let alone = Alone::trace(tracer, &table, &request)?;
+        table.field = Some(FieldSummary { alone: Some(alone), ..field.clone() });
     }
     Ok(table)
 }

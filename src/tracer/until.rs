@@ -1,5 +1,5 @@
-//! When the rays are enough: a pilot tells how many paths the tolerance needs, the result is
-//! traced with paths of its own.
+//! Traces until the target is reached: a pilot estimates how many paths the tolerance needs, and the
+//! result is traced with paths of its own.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -11,110 +11,134 @@ use crate::support::monitor::Monitor;
 use crate::support::random::{LOT, Purpose};
 use crate::support::statistics::T_95;
 use crate::table::stop::least_met;
-use crate::table::{Ended, Sureness, Target};
+use crate::table::{Precision, StopReason, Target};
 use crate::tracer::rules::TracingRules;
 use crate::tracer::{Tracer, WAVE};
 
 /// Paths of the pilot.
 const PILOT: u64 = 1024;
-/// Paths of it that do where they show that half of [`LEAST`] would be enough.
+/// Paths of it that do if they show that half of [`LEAST`] would be enough.
 const GLANCE: u64 = 256;
 /// Least paths of a result.
 const LEAST: u64 = 8192;
-/// The power of their number with which the variance of a mean over evenly spread paths falls (docs/tracer.md).
+/// The variance of a mean over evenly spread paths falls with this power of their number
+/// (docs/tracer.md).
 const EVENNESS: f64 = 1.2;
-/// What the pilot says is raised by so much, so that one round is mostly enough: the pilot's spread and the result's own are each
-/// known to a fifth, and where rounds end as soon as the spread is small by chance, intervals hold the truth too seldom.
+/// The pilot's estimate is multiplied by this, so that one round is mostly enough. The spreads of
+/// the pilot and of the result are each known to a fifth. Where rounds end as soon as the spread is
+/// small by chance, intervals contain the truth too seldom.
 const MARGIN: f64 = 1.5;
-/// Time after which what is traced so far is kept.
-const KEEP_EVERY: Duration = Duration::from_secs(10);
+/// Time after which the paths so far are saved.
+const SAVE_EVERY: Duration = Duration::from_secs(10);
+
+/// What to trace until the target is reached.
+#[derive(Clone, Copy)]
+pub struct Request<'a> {
+    /// How paths are traced.
+    pub rules: &'a TracingRules,
+    /// Random seed.
+    pub seed: u64,
+    /// The bands that are to reach the tolerance, each as one reflectance for each symbol.
+    pub bands: &'a [Vec<f64>],
+    /// What to reach, and what at most to spend.
+    pub target: Target,
+    /// What an earlier trace of the same kind saved.
+    pub resume: Option<&'a TracedPaths>,
+    /// Told how many paths are done and wanted; may stop the trace.
+    pub monitor: &'a dyn Monitor,
+    /// What the monitor is told is traced.
+    pub what: &'a str,
+    /// Given the paths so far, every few seconds and when the trace is interrupted.
+    pub save: &'a (dyn Fn(&TracedPaths) -> Result<(), Error> + Sync),
+}
+
+impl<'a> Request<'a> {
+    /// A trace from the beginning that saves nothing on its way.
+    pub fn new(
+        rules: &'a TracingRules,
+        seed: u64,
+        bands: &'a [Vec<f64>],
+        target: Target,
+        monitor: &'a dyn Monitor,
+    ) -> Self {
+        let (what, save) = ("paths", &|_: &TracedPaths| Ok(()));
+        Self { rules, seed, bands, target, resume: None, monitor, what, save }
+    }
+}
 
 /// Paths traced until the target was reached or could not be.
 #[derive(Debug, Clone)]
-pub struct Traced {
+pub struct TracedPaths {
     /// The counts.
     pub tally: Tally,
-    /// How many paths the whole trace has.
+    /// Number of paths of the whole trace.
     pub wanted: u64,
-    /// What ended it.
-    pub ended_by: Ended,
+    /// Why the trace stopped.
+    pub reason: StopReason,
 }
 
-/// Work that is done while a trace is under way.
-pub struct Watch<'a> {
-    /// Told how many paths are done and how many are wanted; may stop the trace.
-    pub monitor: &'a dyn Monitor,
-    /// What the monitor is told that these are: paths, or those of a bed.
-    pub what: &'a str,
-    /// Given what is traced so far, every few seconds and when the trace is interrupted.
-    pub keep: &'a (dyn Fn(&Traced) -> Result<(), Error> + Sync),
-}
-
-/// Traces until every band, given as one reflectance for each symbol, has its half-width.
+/// Traces until every band reaches the target.
 ///
-/// `kept` is what an earlier trace of the same kind kept when it was interrupted.
-pub fn trace(
-    tracer: &Tracer,
-    rules: &TracingRules,
-    seed: u64,
-    bands: &[Vec<f64>],
-    target: Target,
-    kept: Option<Traced>,
-    watch: &Watch,
-) -> Result<Traced, Error> {
+/// # Errors
+/// The monitor stopped it.
+pub fn trace(tracer: &Tracer, request: &Request) -> Result<TracedPaths, Error> {
+    let Request { rules, target, monitor, .. } = *request;
     let started = Instant::now();
     let first = target.exactly.map_or(0, |part| part.first);
-    let end = |wanted: u64| target.exactly.map_or(wanted, |part| part.end);
-    let mut traced = match (kept, target.exactly) {
-        (Some(kept), _) => kept,
-        (None, Some(part)) => fresh(tracer, rules, part.of),
+    let fresh = |wanted| {
+        let reason = StopReason::Interrupted;
+        TracedPaths { tally: tracer.nothing(rules), wanted, reason }
+    };
+    let mut traced = match (request.resume, target.exactly) {
+        (Some(earlier), _) => earlier.clone(),
+        (None, Some(part)) => fresh(part.of),
         (None, None) => {
-            let (_, wanted) = pilot(tracer, rules, seed, bands, target, watch.monitor)?;
-            fresh(tracer, rules, wanted.max(LEAST).min(target.max_paths))
+            let (_, wanted) = pilot(tracer, request)?;
+            fresh(wanted.max(LEAST).min(target.max_paths))
         }
     };
-    let mut last_kept = Instant::now();
+    let mut last_saved = Instant::now();
     loop {
-        let wanted = end(traced.wanted) - first;
+        let wanted = target.exactly.map_or(traced.wanted, |part| part.end) - first;
         while traced.tally.paths < wanted {
             let from = first + traced.tally.paths;
             let to = (from + WAVE).min(first + wanted);
             let done = AtomicU64::new(traced.tally.paths);
-            let wave = tracer.trace(rules, seed, Purpose::Result, from..to, &|paths| {
+            let wave = tracer.trace(rules, request.seed, Purpose::Result, from..to, &|paths| {
                 let sum = done.fetch_add(paths, Ordering::Relaxed) + paths;
-                watch.monitor.at(sum, wanted, watch.what);
-                watch.monitor.check()
+                monitor.at(sum, wanted, request.what);
+                monitor.check()
             });
             match wave {
                 Ok(wave) => traced.tally.add(&wave),
                 Err(error) => {
-                    (watch.keep)(&traced)?;
+                    (request.save)(&traced)?;
                     return Err(error.into());
                 }
             }
             if target.max_seconds.is_some_and(|most| started.elapsed().as_secs_f64() >= most) {
-                traced.ended_by = Ended::MaxSeconds;
+                traced.reason = StopReason::MaxSeconds;
                 traced.wanted = traced.tally.paths;
                 return Ok(traced);
             }
-            if last_kept.elapsed() >= KEEP_EVERY {
-                (watch.keep)(&traced)?;
-                last_kept = Instant::now();
+            if last_saved.elapsed() >= SAVE_EVERY {
+                (request.save)(&traced)?;
+                last_saved = Instant::now();
             }
         }
         if target.exactly.is_some() {
-            traced.ended_by = Ended::Paths;
+            traced.reason = StopReason::Paths;
             return Ok(traced);
         }
-        let (next, reached) = more(&traced.tally, bands, target);
+        let (next, reached) = paths_needed(&traced.tally, request);
         let next = next.min(target.max_paths);
         if reached || next <= traced.tally.paths {
-            traced.ended_by = if reached {
-                Ended::Tolerance
+            traced.reason = if reached {
+                StopReason::Tolerance
             } else if traced.tally.paths >= target.max_paths {
-                Ended::MaxPaths
+                StopReason::MaxPaths
             } else {
-                Ended::Trapped
+                StopReason::Trapped
             };
             return Ok(traced);
         }
@@ -122,21 +146,15 @@ pub fn trace(
     }
 }
 
-/// How many paths tell how many the target needs, and what they tell. They are thrown away.
-fn pilot(
-    tracer: &Tracer,
-    rules: &TracingRules,
-    seed: u64,
-    bands: &[Vec<f64>],
-    target: Target,
-    monitor: &dyn Monitor,
-) -> Result<(u64, u64), Error> {
+/// Traces a few paths, which are thrown away: how many, and how many the target needs by them.
+fn pilot(tracer: &Tracer, request: &Request) -> Result<(u64, u64), Error> {
+    let Request { rules, seed, target, monitor, .. } = *request;
     let mut pilot = tracer.nothing(rules);
     let mut wanted = 0;
     for end in [GLANCE, PILOT] {
         let numbers = pilot.paths..end.min(target.max_paths);
         pilot.add(&tracer.trace(rules, seed, Purpose::Pilot, numbers, &|_| monitor.check())?);
-        (wanted, _) = more(&pilot, bands, target);
+        (wanted, _) = paths_needed(&pilot, request);
         if wanted < LEAST / 2 {
             break;
         }
@@ -144,26 +162,23 @@ fn pilot(
     Ok((pilot.paths, wanted))
 }
 
-fn fresh(tracer: &Tracer, rules: &TracingRules, wanted: u64) -> Traced {
-    Traced { tally: tracer.nothing(rules), wanted, ended_by: Ended::Interrupted }
-}
-
-/// How many paths the target needs in all, by what these paths show, and whether they reach it. No more than there are where more would not help: when what trapped paths leave open is
-/// wider than the tolerance.
-fn more(tally: &Tally, bands: &[Vec<f64>], target: Target) -> (u64, bool) {
+/// Estimates from these paths how many the target needs in all, and whether they reach it. Returns
+/// their own number if paths given up alone exceed the tolerance: more would not help.
+fn paths_needed(tally: &Tally, request: &Request) -> (u64, bool) {
+    let tolerance = request.target.tolerance;
     let met = (tally.paths - tally.missed) as f64;
     if met < 2.0 {
         // A small target in a wide view: look on.
         return (16 * tally.paths, false);
     }
-    let Sureness { weight, reached, .. } =
-        Sureness::of(&Histogram::of(tally), bands, target.tolerance);
-    let room = target.tolerance - weight.trapped;
+    let Precision { weight, reached, .. } =
+        Precision::of(&Histogram::of(tally), request.bands, tolerance);
+    let room = tolerance - weight.trapped;
     if room <= 0.0 {
         return (tally.paths, reached);
     }
     let ratio = T_95 * weight.standard_error / room;
-    let needed = (met * ratio.powf(2.0 / EVENNESS)).max(least_met(target.tolerance)) * MARGIN;
+    let needed = (met * ratio.powf(2.0 / EVENNESS)).max(least_met(tolerance)) * MARGIN;
     let paths = needed * tally.paths as f64 / met;
     ((paths.min(1e18) as u64).div_ceil(LOT) * LOT, reached)
 }
@@ -182,13 +197,8 @@ mod tests {
     #[test]
     fn the_pilot_is_short_where_the_least_number_of_paths_is_twice_enough() {
         // A bare floor: all paths weigh the same, and must number 3 / tolerance.
-        let domain = Domain {
-            min_um: DVec3::ZERO,
-            max_um: DVec3::ONE,
-            sides: Sides::Mirror,
-            patches: [1, 1],
-            floor: Some((0.0, 0)),
-        };
+        let domain = Domain::new(DVec3::ZERO, DVec3::ONE, Sides::Mirror);
+        let domain = Domain { floor: Some((0.0, 0)), ..domain };
         let (meshes, placements) = (Vec::new(), Vec::new());
         let bed = Bed { meshes, placements, domain, to_sensor: DVec3::Z, materials: 1 };
         let tracer = Tracer::new(bed);
@@ -201,9 +211,9 @@ mod tests {
             least_weight: 0.0,
         };
         let of = |tolerance: f64| {
-            let target = Target::of(tolerance);
-            pilot(&tracer, &rules, 1, &[vec![0.5]], target, &Unwatched)
-                .expect("nothing interrupts it")
+            let bands = [vec![0.5]];
+            let request = Request::new(&rules, 1, &bands, Target::of(tolerance), &Unwatched);
+            pilot(&tracer, &request).expect("nothing interrupts it")
         };
         assert_eq!(of(0.01), (GLANCE, LOT));
         let (paths, wanted) = of(1e-4);

@@ -190,7 +190,7 @@ fn what_lies_beyond_a_kilometre_and_beds_of_other_sides_are_refused() {
     trace("mirror.json", -1.0, "mirror", 0);
     trace("open.json", -2.0, "open", 0);
     let err = place.refused(&["signature", "mirror.json", "open.json", "--range", "9-9"], 3);
-    assert!(err.contains("no packing of the scene"), "{err}");
+    assert!(err.contains("not a packing of the scene"), "{err}");
 }
 
 /// At 80 degrees a sky of 250 K at 60 and 290 K at 90 degrees changes by 1.6 % of a black body's radiance in half a degree.

@@ -10,7 +10,7 @@ use soilsig::signature;
 use soilsig::support::error::Failure;
 use soilsig::support::random::{Purpose, Sampler};
 use soilsig::table::Table;
-use soilsig::table::field::InField;
+use soilsig::table::field::FieldSummary;
 use soilsig::tracer::rules::{Facet, TracingRules};
 use soilsig::tracer::{Tracer, trace};
 use tempfile::TempDir;
@@ -223,7 +223,7 @@ fn a_field_counts_its_particles() {
     // Each dusty grain is one particle and one for each of its fines.
     let placed: usize = bed.placements.iter().map(|p| bed.meshes[p.mesh].particles.len()).sum();
     assert!(of_patch > 100 && (of_patch as usize) < placed, "{of_patch} of {placed}");
-    let field = InField::of(&bed).expect("it is one");
+    let field = FieldSummary::of(&bed).expect("it is one");
     let [x, y] = field.patches;
     assert_eq!(field.particles, of_patch * u64::from(x) * u64::from(y));
     assert!(field.particles >= 424_000_000 && field.particles < 430_000_000);

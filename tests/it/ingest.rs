@@ -6,6 +6,7 @@ use std::path::Path;
 use soilsig::geometry::ingest::{self, IngestError};
 use soilsig::scene::Scene;
 use soilsig::support::error::Failure;
+use soilsig::support::file_error::FileError;
 
 fn scene(prototype: &str) -> String {
     format!(
@@ -40,9 +41,9 @@ fn broken_obj_files_are_refused_with_file_place_and_problem() {
         (format!("{SQUARE}usemtl rock\nf 1 2 0\n"), "line 6", "vertex 0"),
         (format!("{SQUARE}usemtl rock\nf 1 x 3\n"), "line 6", "not a vertex"),
         ("v 0 0\nusemtl rock\nf 1 1 1\n".to_owned(), "line 1", "three finite numbers"),
-        (SQUARE.to_owned(), "the file", "no faces"),
-        (format!("{SQUARE}usemtl rock\nf 1 1 2\n"), "the file", "no faces"),
-        (String::new(), "the file", "no faces"),
+        (SQUARE.to_owned(), "m.obj", "no faces"),
+        (format!("{SQUARE}usemtl rock\nf 1 1 2\n"), "m.obj", "no faces"),
+        (String::new(), "m.obj", "no faces"),
     ] {
         let error = obj(&content).expect_err(&content);
         let text = error.to_string();
@@ -85,7 +86,8 @@ fn faces_of_an_unknown_material_are_refused_with_the_names_known() {
 fn a_missing_file_or_object_is_refused_with_its_name() {
     let missing = load(&[], r#"{"name": "m", "file": "gone.obj"}"#).expect_err("missing");
     assert!(
-        matches!(missing, IngestError::Read { .. }) && missing.to_string().contains("gone.obj")
+        matches!(missing, IngestError::File(FileError::Read { .. }))
+            && missing.to_string().contains("gone.obj")
     );
     let content = format!("{SQUARE}o stone\nusemtl rock\nf 1 2 3\n");
     let prototype = r#"{"name": "m", "file": "m.obj", "object": "pebble"}"#;

@@ -79,7 +79,10 @@ fn from_between_two_plates_no_path_escapes_however_near_they_are() {
                 let tally =
                     trace(bed(vec![mesh], vec![place], at_um - half, at_um + half), 64, 2000);
                 let case = format!("{gap_um} um between plates of {extent_um} um at {at_um}");
-                assert!(tally.escaped.is_empty() && tally.missed == 0, "{case}: some escape");
+                assert!(
+                    tally.by_group.escaped.is_empty() && tally.missed == 0,
+                    "{case}: some escape"
+                );
                 assert_eq!(tally.hits, 64 * 2000, "{case}");
             }
         }
@@ -95,7 +98,7 @@ fn from_a_turned_enclosure_no_path_escapes_at_any_scale() {
         let place = placed(0, DAffine3::from_rotation_translation(turn, at_um));
         let half = DVec3::splat(5.0 * scale);
         let tally = trace(bed(vec![mesh], vec![place], at_um - half, at_um + half), 128, 4000);
-        assert!(tally.escaped.is_empty() && tally.missed == 0, "{scale}: some escape");
+        assert!(tally.by_group.escaped.is_empty() && tally.missed == 0, "{scale}: some escape");
         assert_eq!(tally.hits, 128 * 4000);
     }
 }
@@ -112,7 +115,10 @@ fn a_convex_body_of_coplanar_and_narrow_facets_is_met_once() {
         let meshes = vec![mesh];
         let (min_um, max_um) = Bed::bounds_um(&meshes, &placements);
         let tally = trace(bed(meshes, placements, min_um, max_um), 128, 100_000);
-        assert!(tally.inside.is_empty() && tally.trapped.is_empty(), "{extent_um}: some enter it");
+        assert!(
+            tally.inside.is_empty() && tally.by_group.given_up.is_empty(),
+            "{extent_um}: some enter it"
+        );
         let met = tally.paths - tally.missed;
         assert!(tally.hits == met && met > 50_000, "{extent_um}: {} hits of {met}", tally.hits);
     }
@@ -174,12 +180,13 @@ fn a_bed_in_other_units_gives_the_same_table() {
         trace(bed, 128, 2000)
     };
     let as_it_is = in_units(1.0);
-    assert!(as_it_is.hits > 8000 && !as_it_is.escaped.is_empty());
+    assert!(as_it_is.hits > 8000 && !as_it_is.by_group.escaped.is_empty());
     for scale in [125.0 / 2_f64.powi(17), 100.0 / 1024.0, 1e3, 1e6] {
         let other = in_units(scale);
         assert!(other.first_hits == as_it_is.first_hits, "{scale}: the first hits");
-        let count = |of: &Tally, state| of.escaped.get(state).copied().unwrap_or(0);
-        let states: HashSet<_> = other.escaped.keys().chain(as_it_is.escaped.keys()).collect();
+        let count = |of: &Tally, state| of.by_group.escaped.get(state).copied().unwrap_or(0);
+        let states: HashSet<_> =
+            other.by_group.escaped.keys().chain(as_it_is.by_group.escaped.keys()).collect();
         let apart: u64 =
             states.iter().map(|s| count(&other, *s).abs_diff(count(&as_it_is, *s))).sum();
         // A path that differs is missing in one place and too many in another. Doubles round otherwise in

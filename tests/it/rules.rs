@@ -119,7 +119,7 @@ fn each_material_emits_at_its_own_temperature() {
     let plain = Case::new(TROUGH, 20.0, "", &spectra).trace(0.003);
     let of_all = |table: &Table| table.histogram.paths() + table.missed as f64;
     for (table, ended) in [(&nearly, false), (&plain, true)] {
-        assert_eq!(!table.histogram.ended.is_empty(), ended, "roulette needs one temperature");
+        assert_eq!(!table.histogram.rouletted.is_empty(), ended, "roulette needs one temperature");
         assert_eq!(of_all(table), table.paths as f64);
     }
     let (nearly, plain) = (band(&nearly), band(&plain));
@@ -231,7 +231,7 @@ fn what_roulette_ends_others_stand_for() {
         let paths = 0..1 << 16;
         let traced = tracer.trace(&rules, seed, Purpose::Result, paths.clone(), &|_| Ok(()));
         let histogram = Histogram::of(&traced.expect("traced"));
-        assert_eq!(histogram.ended.is_empty(), greatest == 1.0);
+        assert_eq!(histogram.rouletted.is_empty(), greatest == 1.0);
         assert_eq!(histogram.paths(), paths.end as f64, "what is ended is counted all the same");
         histogram
     };

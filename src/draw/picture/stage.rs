@@ -289,11 +289,12 @@ mod tests {
             let tracer = Tracer::new(bed);
             let differ = seen.iter().enumerate().filter(|(pixel, seen)| {
                 let place = |i: usize| (i as f64 + 0.5) / 200.0;
-                let traced = tracer.look([place(pixel % 200), 1.0 - place(pixel / 200)]);
+                let traced = tracer.first_hit([place(pixel % 200), 1.0 - place(pixel / 200)]);
                 match (traced, seen) {
                     // At a mirror the tracer reflects the ray, not the facet.
-                    (Some((a, x)), Some((b, y))) => {
-                        a != *b || (zenith_deg == 0.0 && (x - y).abs() > 1e-3)
+                    (Some(hit), Some((material, y))) => {
+                        hit.material != *material
+                            || (zenith_deg == 0.0 && (hit.cosine - y).abs() > 1e-3)
                     }
                     (traced, seen) => traced.is_some() || seen.is_some(),
                 }

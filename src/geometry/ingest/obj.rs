@@ -1,29 +1,48 @@
-//! Wavefront .obj through tobj.
+//! Wavefront .obj files through tobj: the one reader of them.
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::{BufReader, Read};
-use std::path::Path;
+use std::io::{BufReader, Read as _};
+use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::{IngestError, Materials, Part};
-use crate::geometry::{Mesh, turned_away};
+use crate::geometry::mesh::Curvature;
+use crate::geometry::{Mesh, cross};
+use crate::support::file_error::FileError;
 
 /// The material library that stands for the names in the file itself.
 const NAMES: &str = "names-of-this-file";
 
-/// A .obj file as tobj gives it: one model for each object and material.
-pub(super) struct ObjFile {
+/// A .obj file as tobj gives it: a model for each object and material.
+pub(crate) struct ObjFile {
+    path: PathBuf,
     models: Vec<tobj::Model>,
     materials: Vec<String>,
 }
 
 impl ObjFile {
-    pub(super) fn read(path: &Path) -> Result<Self, IngestError> {
-        let text =
-            fs::read(path).map_err(|source| IngestError::Read { path: path.to_owned(), source })?;
-        let text = String::from_utf8_lossy(&text);
+    /// Reads a file.
+    pub(crate) fn read(path: &Path) -> Result<Self, FileError> {
+        Self::parse(path, &fs::read(path).map_err(FileError::read(path))?)
+    }
+
+    /// Reads the vertices and faces of a file as one model, whatever its objects and materials.
+    pub(crate) fn read_whole(path: &Path) -> Result<Self, FileError> {
+        let bytes = fs::read(path).map_err(FileError::read(path))?;
+        let is_kept = |line: &&str| line.trim_start().starts_with(['v', 'f']);
+        let text = String::from_utf8_lossy(&bytes);
+        let text: String = text.lines().filter(is_kept).flat_map(|line| [line, "\n"]).collect();
+        Self::parse(path, text.as_bytes())
+    }
+
+    /// Reads the bytes of a file. Lines and points have no surface and are left out.
+    ///
+    /// # Errors
+    /// A vertex without three finite numbers, or a face with a corner that is not in the file.
+    pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Self, FileError> {
+        let text = String::from_utf8_lossy(bytes);
         // A group within an object is a part of it, and tobj would end the object there.
         let has_objects = text.lines().any(|line| line.trim_start().starts_with("o "));
         let is_group = |line: &str| line.split_whitespace().next() == Some("g");
@@ -34,17 +53,11 @@ impl ObjFile {
             .flat_map(|line| [if kept(line) { line.trim_start() } else { "" }, "\n"])
             .collect::<String>()
             .replace('\t', " ");
-        let broken =
-            |(place, problem)| IngestError::Broken { path: path.to_owned(), place, problem };
-        // Only the names of the materials matter here, and tobj keeps them only where it finds
-        // them in a .mtl file: it is told of them, so that no .mtl need be there.
-        let materials: Vec<String> = text
-            .lines()
-            .filter_map(|line| line.strip_prefix("usemtl "))
-            .map(|name| name.trim().to_owned())
-            .collect::<BTreeSet<_>>()
-            .into_iter()
-            .collect();
+        // tobj keeps the names of materials only where it finds them in a .mtl file: it is told of
+        // them, so that no .mtl file need be there.
+        let named = text.lines().filter_map(|line| line.strip_prefix("usemtl "));
+        let materials: BTreeSet<String> = named.map(|name| name.trim().to_owned()).collect();
+        let materials: Vec<String> = materials.into_iter().collect();
         let known = |library: &Path| {
             if library != Path::new(NAMES) {
                 return Ok(Default::default());
@@ -54,99 +67,112 @@ impl ObjFile {
             Ok((materials.iter().map(named).collect(), places.collect()))
         };
         let options = tobj::LoadOptions {
-            triangulate: false,
             ignore_points: true,
             ignore_lines: true,
-            ..Default::default()
+            ..tobj::LoadOptions::default()
         };
         let first_line = format!("mtllib {NAMES}\n");
         let mut reader = BufReader::new(first_line.as_bytes().chain(text.as_bytes()));
-        let (models, _) = tobj::load_obj_buf(&mut reader, &options, known).map_err(|error| {
-            broken(fault(&text).unwrap_or_else(|| ("the file".into(), error.to_string())))
-        })?;
-        if models.iter().any(|m| m.mesh.positions.iter().any(|x| !x.is_finite())) {
-            return Err(broken(
-                fault(&text)
-                    .unwrap_or_else(|| ("the file".into(), "a vertex is not finite".into())),
-            ));
+        let fault =
+            |problem: String| fault(path, &text).unwrap_or_else(|| FileError::wrong(path, problem));
+        let (models, _) = tobj::load_obj_buf(&mut reader, &options, known)
+            .map_err(|error| fault(error.to_string()))?;
+        if models.iter().flat_map(|model| &model.mesh.positions).any(|x| !x.is_finite()) {
+            return Err(fault("a vertex is not finite".into()));
         }
-        Ok(Self { models, materials })
+        Ok(Self { path: path.to_owned(), models, materials })
     }
 
-    /// The named object, or all of the file, as one mesh.
+    /// Names of all objects.
+    pub(crate) fn objects(&self) -> BTreeSet<&str> {
+        self.models.iter().map(|model| &*model.name).collect()
+    }
+
+    /// Names of the materials.
+    pub(crate) fn materials(&self) -> &[String] {
+        &self.materials
+    }
+
+    /// The vertices of an object, or of the whole file, and the corners of each face among them.
+    pub(crate) fn polygons(&self, object: Option<&str>) -> (Vec<DVec3>, Vec<Vec<usize>>) {
+        let (mut vertices, mut faces) = (Vec::new(), Vec::new());
+        for model in self.models(object) {
+            let first = vertices.len();
+            vertices.extend(points(&model.mesh));
+            let corners = |of: &[u32]| of.iter().map(|&i| i as usize + first).collect();
+            faces.extend(polygons(&model.mesh.indices, &model.mesh).map(corners));
+        }
+        (vertices, faces)
+    }
+
+    fn models(&self, object: Option<&str>) -> impl Iterator<Item = &tobj::Model> {
+        self.models.iter().filter(move |model| object.is_none_or(|object| model.name == object))
+    }
+
+    /// An object, or the whole file, as one mesh.
     pub(super) fn mesh(
         &self,
-        path: &Path,
         name: &str,
         object: Option<&str>,
         unit_um: f64,
         turn: DMat3,
         materials: &Materials,
     ) -> Result<Part, IngestError> {
-        let models: Vec<_> =
-            self.models.iter().filter(|m| object.is_none_or(|object| m.name == object)).collect();
-        if let (Some(object), true) = (object, models.is_empty()) {
-            let present: BTreeSet<String> = self.models.iter().map(|m| m.name.clone()).collect();
+        if let Some(object) = object
+            && self.models(Some(object)).next().is_none()
+        {
             return Err(IngestError::NoObject {
-                path: path.to_owned(),
+                path: self.path.clone(),
                 object: object.to_owned(),
-                present: present.into_iter().collect(),
+                present: self.objects().into_iter().map(str::to_owned).collect(),
             });
         }
-        let (mut points, mut faces) = (Vec::new(), Vec::new());
-        let mut away = (0.0, 0.0);
-        for model in models {
+        let wrong = |object: Option<&str>, problem: String| match object {
+            Some(object) => FileError::wrong_at(&self.path, format!("object {object:?}"), problem),
+            None => FileError::wrong(&self.path, problem),
+        };
+        let (mut all, mut faces) = (Vec::new(), Vec::new());
+        let mut curvature = Curvature::default();
+        for model in self.models(object).filter(|model| !model.mesh.indices.is_empty()) {
             let mesh = &model.mesh;
-            if mesh.indices.is_empty() {
-                continue;
-            }
-            let named = mesh.material_id.map(|id| self.materials[id].as_str());
-            let material = materials.index(path, &model.name, named)?;
-            let first = points.len() as u32;
-            points.extend(
-                mesh.positions
-                    .chunks_exact(3)
-                    .map(|p| turn * DVec3::new(p[0], p[1], p[2]) * unit_um),
-            );
+            let named = mesh.material_id.map(|id| &*self.materials[id]);
+            let material = materials.index(&model.name, named)?;
+            let first = all.len() as u32;
+            all.extend(points(mesh).map(|point| turn * point * unit_um));
             let mut normals = polygons(&mesh.normal_indices, mesh);
             for polygon in polygons(&mesh.indices, mesh) {
                 let corners: Vec<u32> = polygon.iter().map(|i| i + first).collect();
-                let triangles = fan(&corners, &points).ok_or_else(|| IngestError::Broken {
-                    path: path.to_owned(),
-                    place: format!("object {:?}", model.name),
-                    problem: format!(
+                let triangles = fan(&corners, &all).ok_or_else(|| {
+                    let problem = format!(
                         "a face of {} corners, the first of them {}, is not convex",
                         corners.len(),
-                        points[corners[0] as usize] / unit_um
-                    ),
+                        all[corners[0] as usize] / unit_um
+                    );
+                    wrong(Some(&model.name), problem)
                 })?;
                 if let Some(corners) = normals.next() {
-                    let normal = |&i: &u32| {
-                        let i = 3 * i as usize;
-                        turn * DVec3::from_slice(&mesh.normals[i..i + 3])
-                    };
-                    let facet = triangles.iter().map(|&triangle| area(triangle, &points)).sum();
-                    let corners: Vec<DVec3> = corners.iter().map(normal).collect();
-                    let (off, weight) = turned_away(facet, &corners);
-                    away = (away.0 + off, away.1 + weight);
+                    let normal =
+                        |&i: &u32| turn * DVec3::from_slice(&mesh.normals[3 * i as usize..]);
+                    let facet = triangles.iter().map(|&triangle| area(triangle, &all)).sum();
+                    curvature.add(facet, corners.iter().map(normal));
                 }
                 faces.extend(triangles.into_iter().map(|triangle| (triangle, material)));
             }
         }
-        let (mut mesh, middle) = Mesh::new(name, &points, faces.into_iter());
-        mesh.doubts.curved = if away.1 > 0.0 { away.0 / away.1 } else { 0.0 };
+        let (mut mesh, middle) = Mesh::new(name, &all, faces.into_iter());
+        mesh.quality.curved = curvature.mean();
         if mesh.triangles.is_empty() {
-            return Err(IngestError::Broken {
-                path: path.to_owned(),
-                place: object.map_or_else(|| "the file".into(), |o| format!("object {o:?}")),
-                problem: "there are no faces".into(),
-            });
+            return Err(wrong(object, "there are no faces".into()).into());
         }
-        Ok((mesh, DAffine3::from_translation(middle)))
+        Ok((mesh, vec![DAffine3::from_translation(middle)]))
     }
 }
 
-/// The corners of each face as they stand in one of the mesh's lists of indices; none if it is empty.
+fn points(mesh: &tobj::Mesh) -> impl Iterator<Item = DVec3> {
+    mesh.positions.chunks_exact(3).map(DVec3::from_slice)
+}
+
+/// The corners of each face as they stand in a list of indices of the mesh; none if it is empty.
 fn polygons<'a>(indices: &'a [u32], mesh: &'a tobj::Mesh) -> impl Iterator<Item = &'a [u32]> {
     let mut rest = indices;
     let faces = if indices.is_empty() { 0 } else { usize::MAX };
@@ -162,11 +188,10 @@ fn polygons<'a>(indices: &'a [u32], mesh: &'a tobj::Mesh) -> impl Iterator<Item 
 
 /// A triangle's normal, as long as twice its area.
 fn area(triangle: [u32; 3], points: &[DVec3]) -> DVec3 {
-    let [a, b, c] = triangle.map(|i| points[i as usize]);
-    (b - a).cross(c - a)
+    cross(triangle.map(|i| points[i as usize]))
 }
 
-/// A convex face as triangles about its first corner; `None` if it is concave, where such triangles would
+/// A convex face as triangles about its first corner. `None` if it is concave: such triangles would
 /// cover other ground than the face.
 fn fan(corners: &[u32], points: &[DVec3]) -> Option<Vec<[u32; 3]>> {
     let triangles: Vec<[u32; 3]> =
@@ -183,9 +208,9 @@ fn fan(corners: &[u32], points: &[DVec3]) -> Option<Vec<[u32; 3]>> {
     (triangles.iter().all(same_way) && turns && !flat).then_some(triangles)
 }
 
-/// The first line that tobj could have stumbled over: its own errors name no line.
-fn fault(text: &str) -> Option<(String, String)> {
-    let vertices = text.lines().filter(|line| line.trim_start().starts_with("v ")).count();
+/// The first line that tobj cannot read: its own errors name no line.
+fn fault(path: &Path, text: &str) -> Option<FileError> {
+    let vertices = text.lines().filter(|line| line.starts_with("v ")).count();
     let mut so_far = 0;
     for (number, line) in (1..).zip(text.lines()) {
         let mut words = line.split_whitespace();
@@ -201,14 +226,14 @@ fn fault(text: &str) -> Option<(String, String)> {
                 match index.parse::<i64>() {
                     Err(_) => Some(format!("{word:?} is not a vertex of a face")),
                     Ok(i) if (1..=vertices as i64).contains(&i) || (i < 0 && -i <= so_far) => None,
-                    Ok(i) => Some(format!("a face wants vertex {i}, and there are {vertices}")),
+                    Ok(i) => Some(format!("a face names vertex {i}, but the file has {vertices}")),
                 }
             }),
             Some("usemtl") if words.next().is_none() => Some("the material has no name".into()),
             _ => None,
         };
         if let Some(problem) = problem {
-            return Some((format!("line {number}"), problem));
+            return Some(FileError::wrong_in_line(path, number, problem));
         }
     }
     None

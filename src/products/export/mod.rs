@@ -12,7 +12,7 @@ use crate::support::error::Error;
 use crate::table::TableMaterial;
 use crate::table::resolved;
 
-pub use odb::{DirsigError, import};
+pub use odb::import;
 
 /// Half the width of the square that stands for an endless floor, um. Its horizon is less than 1e-3
 /// degrees too low.

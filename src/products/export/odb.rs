@@ -6,11 +6,11 @@
 //! is named and left out.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DVec3, EulerRot};
 
+use crate::geometry::ingest::obj::ObjFile;
 use crate::scene::{
     FORMAT, Instance, Material, Placed, Prototype, Scene, SceneGeometry, SpectrumSource, UpAxis,
     View,
@@ -142,13 +142,7 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
             }
         };
         let file = object.file(file);
-        let text = fs::read(&file).map_err(FileError::read(&file))?;
-        names.extend(
-            String::from_utf8_lossy(&text)
-                .lines()
-                .filter_map(|line| line.trim().strip_prefix("usemtl "))
-                .map(|name| name.trim().to_owned()),
-        );
+        names.extend(ObjFile::read(&file)?.materials().iter().cloned());
         let name = format!("object_{}", prototypes.len());
         let places = object.section("INSTANCES").map_or(&[][..], |section| &section.values);
         if places.is_empty() {

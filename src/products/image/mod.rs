@@ -92,8 +92,8 @@ pub fn make(
         seed: scene.seed,
         noise: asked.noise,
         max_paths: asked.max_paths,
-        pilot: Evaluator::new(rules.kept, pilot_lit, &pilot_bands),
-        evaluator: Evaluator::new(rules.kept, lit, &bands),
+        pilot: Evaluator::new(rules.kept, &pilot_lit, &pilot_bands),
+        evaluator: Evaluator::new(rules.kept, &lit, &bands),
         bands: bands.centres_um.len(),
         detectors: noise.map(|noise| Detectors::new(noise, scene.temperature_k, &bands)),
     };

@@ -23,7 +23,7 @@ use crate::support::statistics::T_95;
 
 pub use packings::{Maker, packings};
 pub use patch::patch;
-pub use rows::{BesideError, beside, csv};
+pub use rows::{beside, csv};
 
 /// The least number of runs of a setting.
 pub const REPEATS: usize = 10;

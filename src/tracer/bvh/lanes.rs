@@ -1,9 +1,11 @@
-//! Eight floats at once: by AVX2 where the machine has it, else by what the compiler makes of arrays.
+//! Eight floats at once: with AVX2 where the machine has it, else as arrays.
 //!
-//! The two round differently (`mul_sub` is fused or not). Nothing that is returned depends on it: in
-//! single precision candidates are only culled, with room for either.
+//! The two round differently (`mul_sub` is fused or not). No result depends on it: single precision
+//! only culls candidates, with room for either.
 
 #![allow(unsafe_code)]
+
+use std::array::from_fn;
 
 /// Eight floats.
 pub trait Lanes: Copy {
@@ -17,25 +19,26 @@ pub trait Lanes: Copy {
     fn min(self, other: Self) -> Self;
     fn max(self, other: Self) -> Self;
     fn abs(self) -> Self;
-    /// The greater if one of the two is not negative, else any negative number: faster than `max`.
+    /// The greater if one of the two is not negative, else any negative number. Faster than `max`.
     fn greater(self, other: Self) -> Self;
-    /// The lesser if neither is negative, else any negative number: faster than `min`.
+    /// The lesser if neither is negative, else any negative number. Faster than `min`.
     fn lesser(self, other: Self) -> Self;
     /// Bit i is set where lane i is at most that of the other.
     fn at_most(self, other: Self) -> u32;
-    /// How many lanes are at most those of the other. They are written to the front of `sorted`, the greatest first, and
-    /// what goes `with` them beside them. None of these lanes is negative; what their last three bits were is lost.
+    /// The number of lanes that are at most those of the other. They are written to the front of
+    /// `sorted`, the greatest first, with their entries of `with` beside them. None of these lanes may
+    /// be negative, and their last three bits are lost.
     fn sort_at_most(self, other: Self, with: &[u32; 8], sorted: Sorted) -> usize;
 }
 
-/// Where sorted lanes are written, and what goes with them.
+/// Where sorted lanes and their entries are written.
 pub type Sorted<'a> = (&'a mut [f32; 8], &'a mut [u32; 8]);
 
 /// Work that can be done with lanes of either kind.
 pub trait Work {
     type Output;
 
-    /// To be inlined, so that it has the features of what it is inlined into.
+    /// Must be inlined, to have the CPU features of its caller.
     fn run<L: Lanes>(self) -> Self::Output;
 }
 
@@ -56,18 +59,31 @@ pub fn with_best<W: Work>(work: W) -> W::Output {
     work.run::<Portable>()
 }
 
+/// Operations on two registers. No closures: they would not be inlined with the CPU features.
+macro_rules! lanewise {
+    ($($name:ident($a:ident, $b:ident) => $of:expr;)*) => {$(
+        #[inline(always)]
+        fn $name(self, other: Self) -> Self {
+            let ($a, $b) = (self.0, other.0);
+            Self($of)
+        }
+    )*};
+}
+
 /// For any machine.
 #[derive(Clone, Copy)]
 pub struct Portable([f32; 8]);
 
-impl Portable {
-    #[inline(always)]
-    fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
-        Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
-    }
-}
-
 impl Lanes for Portable {
+    lanewise! {
+        add(a, b) => from_fn(|i| a[i] + b[i]);
+        sub(a, b) => from_fn(|i| a[i] - b[i]);
+        mul(a, b) => from_fn(|i| a[i] * b[i]);
+        min(a, b) => from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] });
+        max(a, b) => from_fn(|i| if a[i] > b[i] { a[i] } else { b[i] });
+        greater(a, b) => from_fn(|i| if a[i] > b[i] { a[i] } else { b[i] });
+        lesser(a, b) => from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] });
+    }
     #[inline(always)]
     fn splat(x: f32) -> Self {
         Self([x; 8])
@@ -77,40 +93,12 @@ impl Lanes for Portable {
         Self(*x)
     }
     #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        self.zip(other, |a, b| a + b)
-    }
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        self.zip(other, |a, b| a - b)
-    }
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        self.zip(other, |a, b| a * b)
-    }
-    #[inline(always)]
     fn mul_sub(self, factor: Self, other: Self) -> Self {
         self.mul(factor).sub(other)
     }
     #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        self.zip(other, |a, b| if a < b { a } else { b })
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        self.zip(other, |a, b| if a > b { a } else { b })
-    }
-    #[inline(always)]
     fn abs(self) -> Self {
-        self.zip(self, |a, _| a.abs())
-    }
-    #[inline(always)]
-    fn greater(self, other: Self) -> Self {
-        self.max(other)
-    }
-    #[inline(always)]
-    fn lesser(self, other: Self) -> Self {
-        self.min(other)
+        Self(self.0.map(f32::abs))
     }
     #[inline(always)]
     fn at_most(self, other: Self) -> u32 {
@@ -148,8 +136,8 @@ mod avx2 {
 
     /// One register.
     ///
-    /// SAFETY of all below: `with_avx2` alone names it, and has the features; loads and stores are of whole
-    /// arrays.
+    /// SAFETY of all below: only `with_avx2` uses it, and has the features. Loads and stores are of
+    /// whole arrays.
     #[derive(Clone, Copy)]
     pub struct Avx2(__m256);
 
@@ -161,7 +149,23 @@ mod avx2 {
         }
     }
 
+    /// An operation on the bits as integers.
+    macro_rules! by_bits {
+        ($of:ident($a:ident, $b:ident)) => {
+            unsafe { _mm256_castsi256_ps($of(_mm256_castps_si256($a), _mm256_castps_si256($b))) }
+        };
+    }
+
     impl super::Lanes for Avx2 {
+        lanewise! {
+            add(a, b) => unsafe { _mm256_add_ps(a, b) };
+            sub(a, b) => unsafe { _mm256_sub_ps(a, b) };
+            mul(a, b) => unsafe { _mm256_mul_ps(a, b) };
+            min(a, b) => unsafe { _mm256_min_ps(a, b) };
+            max(a, b) => unsafe { _mm256_max_ps(a, b) };
+            greater(a, b) => by_bits!(_mm256_max_epi32(a, b));
+            lesser(a, b) => by_bits!(_mm256_min_epi32(a, b));
+        }
         #[inline(always)]
         fn splat(x: f32) -> Self {
             Self(unsafe { _mm256_set1_ps(x) })
@@ -171,42 +175,12 @@ mod avx2 {
             Self(unsafe { _mm256_loadu_ps(x.as_ptr()) })
         }
         #[inline(always)]
-        fn add(self, other: Self) -> Self {
-            Self(unsafe { _mm256_add_ps(self.0, other.0) })
-        }
-        #[inline(always)]
-        fn sub(self, other: Self) -> Self {
-            Self(unsafe { _mm256_sub_ps(self.0, other.0) })
-        }
-        #[inline(always)]
-        fn mul(self, other: Self) -> Self {
-            Self(unsafe { _mm256_mul_ps(self.0, other.0) })
-        }
-        #[inline(always)]
         fn mul_sub(self, factor: Self, other: Self) -> Self {
             Self(unsafe { _mm256_fmsub_ps(self.0, factor.0, other.0) })
         }
         #[inline(always)]
-        fn min(self, other: Self) -> Self {
-            Self(unsafe { _mm256_min_ps(self.0, other.0) })
-        }
-        #[inline(always)]
-        fn max(self, other: Self) -> Self {
-            Self(unsafe { _mm256_max_ps(self.0, other.0) })
-        }
-        #[inline(always)]
         fn abs(self) -> Self {
             Self(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
-        }
-        #[inline(always)]
-        fn greater(self, other: Self) -> Self {
-            let [a, b] = [self, other].map(|x| unsafe { _mm256_castps_si256(x.0) });
-            Self(unsafe { _mm256_castsi256_ps(_mm256_max_epi32(a, b)) })
-        }
-        #[inline(always)]
-        fn lesser(self, other: Self) -> Self {
-            let [a, b] = [self, other].map(|x| unsafe { _mm256_castps_si256(x.0) });
-            Self(unsafe { _mm256_castsi256_ps(_mm256_min_epi32(a, b)) })
         }
         #[inline(always)]
         fn at_most(self, other: Self) -> u32 {

@@ -1,5 +1,5 @@
-//! A tree of nodes with eight children, made from the binary tree that obvhs builds: the one place that
-//! speaks to obvhs.
+//! A tree of nodes with eight children, made from the binary tree that obvhs builds. No other module
+//! uses obvhs.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use obvhs::bvh2::{Bvh2, builder::build_bvh2};
 
 pub use obvhs::aabb::Aabb;
 
-/// Children of a node, and what a leaf may hold.
+/// Children of a node, and the most entries of a leaf.
 pub const WIDTH: usize = 8;
 
 /// A node's eight children, their boxes by coordinate.
@@ -16,11 +16,11 @@ pub const WIDTH: usize = 8;
 pub struct Node {
     /// Least x, y and z of each child, then greatest x, y and z.
     pub planes: [[f32; WIDTH]; 6],
-    /// As the numbers that `Child` holds.
+    /// As `Child`.
     pub children: [u32; WIDTH],
 }
 
-/// Number of an inner node; or of a leaf's block, its first slot and how many it holds.
+/// Number of an inner node; or of a leaf's block, with its first slot and number of entries.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Child(pub u32);
 
@@ -52,7 +52,7 @@ impl Child {
         (self.0 & ((1 << Self::NUMBER_BITS) - 1)) as usize
     }
 
-    /// A bit for each thing that the leaf holds.
+    /// A bit for each slot of the leaf.
     #[inline(always)]
     pub fn held(self) -> u32 {
         0xff >> (7 - (self.0 >> Self::NUMBER_BITS & 7)) << (self.0 >> Self::FIRST & 7)
@@ -66,13 +66,13 @@ pub struct Tree {
     depth: usize,
 }
 
-/// What it takes to test a node's eight boxes, in what a leaf's test takes.
+/// Cost of testing a node's eight boxes, relative to testing a leaf.
 const NODE_COST: f32 = 1.0;
 
 impl Tree {
-    /// Builds a tree over boxes; calls `block` with what stands in each block, in the order of their
-    /// numbers, at most `per_block`. Leaves that fit share a block: most are smaller, and those next
-    /// to each other are met by the same rays.
+    /// Builds a tree over boxes. Calls `block` with the entries of each block, at most `per_block`, in
+    /// the order of the blocks. Leaves that fit share a block: most are smaller, and neighbours are
+    /// met by the same rays.
     pub fn new(boxes: &[Aabb], per_block: usize, mut block: impl FnMut(&[u32])) -> Self {
         let mut nodes = vec![Node::EMPTY];
         if boxes.is_empty() {
@@ -124,8 +124,8 @@ impl Tree {
         Self { nodes, depth: deepest }
     }
 
-    /// The most nodes that a walk puts off, and room to write eight at a time.
-    pub fn put_off(&self) -> usize {
+    /// The most nodes on a walk's stack, with room to write eight at a time.
+    pub fn stack(&self) -> usize {
         self.depth * (WIDTH - 1) + WIDTH
     }
 }
@@ -145,12 +145,12 @@ impl Node {
     };
 }
 
-/// The least expected cost of each binary subtree as up to eight children of one wide node, by surface
-/// areas: Ylitie, Karras and Laine, "Efficient incoherent ray traversal on GPUs through compressed wide
-/// BVHs" (High-Performance Graphics 2017), section 3.
+/// The least expected cost of each binary subtree as up to eight children of one wide node, by
+/// surface areas: Ylitie, Karras and Laine, "Efficient incoherent ray traversal on GPUs through
+/// compressed wide BVHs" (High-Performance Graphics 2017), section 3.
 struct Costs<'a> {
     binary: &'a Bvh2,
-    /// For each binary node: its cost as at most 1, 2, ... 7 children, the cost of the best split in 8.
+    /// For each binary node: its cost as at most 1, 2, ... 7 children; last that of the best split in 8.
     costs: Vec<[f32; WIDTH]>,
     leaf: Vec<bool>,
 }
@@ -194,7 +194,7 @@ impl<'a> Costs<'a> {
         self.leaf[node]
     }
 
-    /// Least cost of a binary node's two children in so many slots, and how many the first gets.
+    /// Least cost of a binary node's two children in this many slots, and the slots of the first.
     fn best(&self, node: usize, slots: usize) -> (f32, usize) {
         let left = self.binary.nodes[node].first_index as usize;
         let cost =
@@ -218,7 +218,7 @@ impl<'a> Costs<'a> {
         }
     }
 
-    /// What stands in a subtree.
+    /// The entries of a subtree.
     fn members(&self, node: usize, members: &mut Vec<u32>) {
         let it = &self.binary.nodes[node];
         if it.is_leaf() {

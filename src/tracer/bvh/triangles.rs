@@ -1,17 +1,17 @@
-//! Which triangles of a leaf a ray may meet: eight at a time, in single precision, with room for all that
-//! single precision may err by. Whether it does meet them: one by one, in double precision.
+//! Which triangles of a leaf a ray may meet: eight at a time, in single precision, with room for its
+//! rounding errors. Whether it does meet them: one by one, in double precision.
 
 use glam::{DVec3, Vec3};
 
 use super::lanes::Lanes;
 use super::tree::{Child, WIDTH};
 
-/// What single precision may have moved a sheared corner by, as a share of the greatest coordinate of
+/// Greatest error of a sheared corner in single precision, as a share of the greatest coordinate of
 /// the ray's origin and the mesh: 32 units of the last place.
 ///
-/// A corner relative to the origin errs by 3 units (the origin's rounding, and that of a difference of up
-/// to twice the coordinate); the sheared one by 3 + 3 of these, 8 of the factor's own rounding, 2 of the
-/// product's and 4 of the difference's. The products in `Cull::meet` add 8 for what they are multiplied with.
+/// A corner relative to the origin errs by 3 units (the origin's rounding, and that of a difference of
+/// up to twice the coordinate). The sheared one errs by 3 + 3 of these, 8 of the factor's own
+/// rounding, 2 of the product's and 4 of the difference's. The products in `Cull::meet` add 8.
 const ROUNDING: f32 = 1.0 / (1 << 19) as f32;
 
 /// Up to eight triangles, by corner and coordinate.
@@ -23,7 +23,7 @@ pub struct Block {
 }
 
 impl Block {
-    /// Of triangles that `corners` finds by their numbers.
+    /// Of the triangles with these numbers, whose corners `corners` gives.
     pub fn new(numbers: &[u32], corners: impl Fn(u32) -> [Vec3; 3]) -> Self {
         let mut block = Self { corners: [[[0.0; WIDTH]; 3]; 3], numbers: [0; WIDTH] };
         for (slot, &number) in numbers.iter().enumerate() {
@@ -55,7 +55,7 @@ impl Block {
     }
 }
 
-/// A ray in single precision, to tell which triangles it cannot meet.
+/// A ray in single precision, to find the triangles that it cannot meet.
 pub struct Cull<L> {
     axes: [usize; 3],
     origin: [L; 3],
@@ -66,7 +66,7 @@ pub struct Cull<L> {
 }
 
 impl<L: Lanes> Cull<L> {
-    /// For the part of the ray from `origin` on, and triangles and an origin whose coordinates are at most
+    /// For the part of the ray from `origin` on. The coordinates of triangles and origin are at most
     /// `reach`.
     #[inline(always)]
     pub fn new(ray: &Ray, origin: DVec3, reach: f32) -> Self {
@@ -84,8 +84,8 @@ impl<L: Lanes> Cull<L> {
 
     /// A bit for each triangle of the leaf that the ray may meet, from either side, up to `t_max`.
     ///
-    /// After Woop, Benthin and Wald, "Watertight ray/triangle intersection", J. Comput. Graph. Tech. 2(1),
-    /// 2013; the edges' signs count only where they are certain.
+    /// After Woop, Benthin and Wald, "Watertight ray/triangle intersection", J. Comput. Graph. Tech.
+    /// 2(1), 2013. The edges' signs count only where they are certain.
     #[inline(always)]
     pub fn meet(&self, block: &Block, leaf: Child, t_max: f32) -> u32 {
         let a = self.sheared(&block.corners[0]);
@@ -103,7 +103,7 @@ impl<L: Lanes> Cull<L> {
         inside & nearest & farthest & leaf.held()
     }
 
-    /// A corner across and along the ray. Both coordinates across it are turned round, which changes no
+    /// A corner across and along the ray. Both coordinates across it change sign, which changes no
     /// product of two.
     #[inline(always)]
     fn sheared(&self, corner: &[[f32; WIDTH]; 3]) -> [L; 3] {
@@ -125,19 +125,19 @@ fn size<L: Lanes>(p: [L; 3]) -> L {
     p[0].abs().add(p[1].abs())
 }
 
-/// A ray in double precision, and the shear that turns its direction into the z axis: the test of Woop,
-/// Benthin and Wald.
+/// A ray in double precision, and the shear that turns its direction into the z axis: the test of
+/// Woop, Benthin and Wald.
 pub struct Ray {
     pub origin: DVec3,
     pub direction: DVec3,
-    /// The last is that along which the ray goes most; the others keep the turn.
+    /// The last is that along which the ray goes most; the others keep the orientation.
     axes: [usize; 3],
     shear: DVec3,
     /// The origin along these axes.
     turned: DVec3,
 }
 
-/// Where a ray meets a triangle: the distance, and twice the areas that the corners' weights go by.
+/// Where a ray meets a triangle: the distance, and twice the areas that give the corners' weights.
 pub struct Met {
     pub t: f64,
     v: f64,
@@ -171,9 +171,9 @@ impl Ray {
         Self { origin, direction, axes, shear, turned }
     }
 
-    /// Where the ray meets the triangle, from either side, at 0 or further. No ray passes between two
-    /// triangles that share an edge: both compute the same product for it but for the sign, and a ray on it
-    /// meets both. `coordinate` gives that of a corner along an axis.
+    /// Where the ray meets the triangle, from either side, at 0 or farther. No ray passes between two
+    /// triangles that share an edge: both compute the same product for it except for the sign, and a
+    /// ray on it meets both. `coordinate` gives that of a corner along an axis.
     #[inline(always)]
     pub fn meet(&self, coordinate: impl Fn(usize, usize) -> f64) -> Option<Met> {
         let corner = |number| self.sheared(self.axes.map(|axis| coordinate(number, axis)));

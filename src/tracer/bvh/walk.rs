@@ -1,30 +1,30 @@
-//! From the root of a tree to the leaves that a ray meets, nearer ones first.
+//! A walk from the root of a tree to the leaves that a ray meets, nearer ones first.
 
 use glam::{DVec3, Vec3A};
 
 use super::lanes::Lanes;
 use super::tree::{Child, Node, Tree};
 
-/// What single precision may have moved a ray and a box or triangle against each other, as a share of
-/// the greatest coordinate of either: sixteen units in the last place.
+/// Greatest error of a ray against a box in single precision, as a share of the greatest coordinate of
+/// either: sixteen units of the last place.
 ///
-/// A box: its planes are exact; the ray's origin is rounded once, the inverse of the direction and the products
-/// of it once each (1 + 2 + 2 units), the difference once (2 units).
+/// The planes of a box are exact. The ray's origin is rounded once, the inverse of the direction and
+/// its products once each (1 + 2 + 2 units), the difference once (2 units).
 pub const ROUNDING: f32 = 1.0 / (1 << 20) as f32;
 
-/// Nodes still to be visited: where the ray enters them, and which they are.
+/// Nodes still to be visited: where the ray enters them, and their numbers.
 pub struct Stack<'a> {
     pub near: &'a mut [f32],
     pub children: &'a mut [u32],
 }
 
-/// A ray in single precision, as wide as its rounding.
+/// A ray in single precision, as wide as its rounding error.
 pub struct Slabs<L> {
     inverse: [L; 3],
     /// Products of the inverse and the origin, moved apart by the rounding.
     enter: [L; 3],
     leave: [L; 3],
-    /// Which planes are met first and last.
+    /// The planes met first and last.
     first: [usize; 3],
     last: [usize; 3],
 }
@@ -35,7 +35,7 @@ impl<L: Lanes> Slabs<L> {
     pub fn new(origin: DVec3, direction: DVec3, reach: f32) -> Self {
         let room = reach * ROUNDING;
         let (origin, direction) = (origin.as_vec3a(), direction.as_vec3a());
-        // So near to zero that the ray does not get anywhere along that axis.
+        // So near to zero that the ray does not advance along that axis.
         let tiny = Vec3A::splat(direction.abs().max_element() * 1e-18);
         let direction = Vec3A::select(direction.abs().cmplt(tiny), tiny, direction);
         let inverse = direction.recip();
@@ -78,19 +78,19 @@ fn cross<L: Lanes>(node: &Node, plane: usize, inverse: L, along: L) -> L {
     L::load(&node.planes[plane.min(5)]).mul_sub(inverse, along)
 }
 
-/// What is done at a leaf that a ray enters at some distance; says how far the ray still reaches.
+/// What is done at a leaf that a ray enters at some distance. Returns the ray's new end.
 ///
-/// To be inlined, so that it has the features of what it is inlined into: a closure would not be where there are
-/// several walks, and every operation on lanes in it would become a call.
+/// It must be inlined to have the CPU features of its caller. A closure would not be inlined where
+/// there are several walks, and each operation on lanes in it would become a call.
 pub trait AtLeaf {
     fn meet(&mut self, leaf: Child, entered: f32, stack: Stack) -> f32;
 }
 
-/// Calls `leaf` with the leaves that the ray meets and where it enters them; `leaf` returns the ray's
-/// new end, and may use what is left of the stack.
+/// Calls `leaf` with the leaves that the ray meets and where it enters them. `leaf` may use the rest of
+/// the stack.
 ///
-/// All that is met goes through the stack: eight children are sorted at once, without a branch that the processor
-/// would have to guess.
+/// All children that are met go through the stack: eight are sorted at once, without a branch that
+/// the processor could mispredict.
 #[inline(always)]
 pub fn walk<L: Lanes>(
     tree: &Tree,
@@ -105,7 +105,7 @@ pub fn walk<L: Lanes>(
     loop {
         let node = &tree.nodes[current.number()];
         let (enter, leave) = slabs.meet(node, t_max);
-        let room = "no walk puts off more than `Tree::put_off` says";
+        let room = "the stack has the size that `Tree::stack` says";
         let (sorted, _) = near[used..].split_first_chunk_mut().expect(room);
         let (beside, _) = children[used..].split_first_chunk_mut().expect(room);
         used += enter.sort_at_most(leave, &node.children, (sorted, beside));

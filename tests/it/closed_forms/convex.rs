@@ -28,7 +28,7 @@ fn trace(zenith_deg: f64) -> Tally {
 #[test]
 fn a_convex_body_has_the_emissivity_of_its_facets() {
     let tally = trace(0.0);
-    assert_eq!((tally.hits, tally.trapped.len()), (PATHS - tally.missed, 0));
+    assert_eq!((tally.hits, tally.by_group.given_up.len()), (PATHS - tally.missed, 0));
     // The bounding rectangle is wider than the disc by 1 - pi / 4.
     let missed = tally.missed as f64 / PATHS as f64;
     assert!((missed - (1.0 - FRAC_PI_4)).abs() < 0.005, "{missed}");

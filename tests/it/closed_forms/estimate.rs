@@ -64,7 +64,7 @@ pub fn radiosity(bed: &Bed, view: View, reflectance: &[f64], l_blackbody: &[f64]
     let kept = Kept { order: true, ..Kept::PLAIN };
     let means = traced(bed, view, kept, &[reflectance.to_vec()], &|histogram| {
         let sources = Sources { reflectance, l_blackbody, l_sky: &[0.0] };
-        vec![histogram.radiance(sources).l_target]
+        vec![histogram.seen(sources).1.l_target]
     });
     means[0]
 }
@@ -113,7 +113,7 @@ fn past_collar(histogram: &mut Histogram, materials: usize) {
     if histogram.kept.order || materials == 1 {
         return;
     }
-    for states in [&mut histogram.escaped, &mut histogram.trapped] {
+    for states in [&mut histogram.escaped, &mut histogram.given_up] {
         states.retain(|(state, _)| state[materials - 1] == 0);
     }
 }

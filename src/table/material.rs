@@ -1,0 +1,59 @@
+//! A material as the table counts it.
+
+use serde::{Deserialize, Serialize};
+
+use crate::spectrum::Spectrum;
+
+/// Greatest share of light that may pass straight through a particle of `fresnel` facets along its
+/// mean chord. What passes is scattered in the bed and partly comes back, but facets count it as
+/// absorbed.
+pub const MOST_TRANSMITTED: f64 = 0.01;
+
+/// Least mean chord of a particle of `fresnel` facets, in wavelengths. The Fresnel equations
+/// describe bodies that are large against the wavelength.
+pub const LEAST_WAVELENGTHS: f64 = 10.0;
+
+/// A material as the table counts it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableMaterial {
+    /// The scene's name of it.
+    pub name: String,
+    /// Its emissivity spectrum.
+    pub spectrum: Spectrum,
+    /// Its temperature, kelvin, if it is not the scene's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature_k: Option<f64>,
+    /// Share of its reflectance that is specular.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub specular: f64,
+    /// Mean chord of its particles, um. `None` where none of its meshes is closed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mean_chord_um: Option<f64>,
+    /// First hits: its part of the sensor's view.
+    pub first_hits: u64,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+impl TableMaterial {
+    /// Without what was measured on this one bed.
+    pub(super) fn uncounted(&self) -> Self {
+        Self { first_hits: 0, mean_chord_um: None, ..self.clone() }
+    }
+
+    /// Whether the model of its facets holds at a wavelength in um. Particles must be large against
+    /// it, and light that refracts into one must not come out again.
+    pub fn is_valid(&self, wavelength_um: f64) -> bool {
+        match (&self.spectrum, self.mean_chord_um) {
+            (Spectrum::Fresnel(_, crystal), Some(chord_um)) => {
+                chord_um >= LEAST_WAVELENGTHS * wavelength_um
+                    && crystal.transmittance(wavelength_um, chord_um) < MOST_TRANSMITTED
+            }
+            _ => true,
+        }
+    }
+}
