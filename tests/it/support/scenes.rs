@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use soilsig::scene::Scene;
-use soilsig::signature::Grid;
+use soilsig::signature::{self, Grid};
 use soilsig::stop::Target;
 use soilsig::table::Table;
 use soilsig::trace;
@@ -16,4 +16,10 @@ pub fn trace_file(path: &Path, seed: u64, tolerance: f64) -> Table {
     let band = Grid::new(9.0, 9.0, 0.01).expect("a grid");
     trace::trace(&tracer, &scene, path, &band, Target::of(tolerance), None, &|_, _| ())
         .expect("traced")
+}
+
+/// The emissivity at 9 um, with its standard error.
+pub fn emissivity(table: &Table) -> (f64, f64) {
+    let bands = signature::evaluate(std::slice::from_ref(table), &[9.0]).expect("it holds 9 um");
+    (bands[0].emissivity.mean, bands[0].emissivity.standard_error)
 }
