@@ -160,13 +160,13 @@ fn fines_are_dropped_until_they_touch_where_the_tolerance_has_no_room_for_hulls(
 fn grains_that_no_ray_sees_are_not_dropped() {
     let place = Place::new();
     let Some(blender) = a_blender() else { return };
-    let record = planned(&place, &blender, &dusted(&place, 10, 14), "0.015");
+    let record = planned(&place, &blender, &dusted(&place, 10, 14), "0.022");
     let reached = &record["reached"]["settled_patch"];
     let depth = &reached["plan"]["depth"];
     let [of, grains] = ["of", "grains"].map(|key| depth[key].as_u64().expect("a number"));
     assert!(of == 42 && (6..=33).contains(&grains), "{depth}");
     let change = depth["change"].as_f64().expect("a number");
-    assert!((0.0..=0.0015).contains(&change), "{depth}");
+    assert!((0.0..=0.0022).contains(&change), "{depth}");
     assert_eq!(
         (&reached["plan"]["touching"], &reached["tolerance_reached"]),
         (&true.into(), &true.into())

@@ -97,6 +97,16 @@ impl Place {
         (out, err)
     }
 
+    /// Runs, expects a failure of any exit status and returns the message for a snapshot, which has the status too.
+    pub fn failed(&self, args: &[&str]) -> String {
+        let output = self.soilsig(args).output().expect("it runs");
+        let said = String::from_utf8(output.stderr).expect("UTF-8");
+        let status = output.status.code().expect("an exit status");
+        assert!(status != 0 && said.contains("error:"), "{args:?}: {status}: {said}");
+        assert!(!said.contains("panicked"), "{said}");
+        told(args, status, &said)
+    }
+
     /// Runs, expects a failure of that exit status and returns the message for a snapshot.
     pub fn refused(&self, args: &[&str], status: i32) -> String {
         let (_, err) = self.run(args, status);
