@@ -26,7 +26,7 @@ test: ## lint, and run every test, in Blender and in Python's bpy
 	SOILSIG_TEST_MITSUBA=$(if $(filter mitsuba,$(WITHOUT)),none,$(CURDIR)/.tools/mitsuba/bin/python) \
 	SOILSIG_TEST_READERS=$(if $(filter readers,$(WITHOUT)),none,$(CURDIR)/.tools/readers/bin/python) \
 	SOILSIG_TEST_LIBRARY=$${SOILSIG_TEST_LIBRARY:-none} \
-	cargo test --release
+	INSTA_UPDATE=no cargo test --release
 	@$(if $(WITHOUT),echo 'LEFT OUT: the tests that need $(WITHOUT)')
 
 lint: ## formats, lints, the oldest Rust, documentation of the code, licences of dependencies

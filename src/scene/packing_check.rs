@@ -205,6 +205,7 @@ fn is_short(name: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use crate::support::file_error::FileError;
     use std::path::Path;
 
     use serde_json::{Value, json};
@@ -229,7 +230,9 @@ mod tests {
     fn refusal(scene: &Value) -> Option<(String, String)> {
         match Scene::parse(&scene.to_string(), Path::new("scene.json")) {
             Ok(_) => None,
-            Err(SceneError::Value { place, problem, .. }) => Some((place, problem)),
+            Err(SceneError::File(FileError::Wrong { place: Some(place), problem, .. })) => {
+                Some((place.into(), problem.into()))
+            }
             Err(error) => panic!("{error}"),
         }
     }

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use insta::assert_snapshot;
 use serde_json::{Value, json};
 use soilsig::scene::{Grid, Scene, SpectrumSource};
 use soilsig::signature::budget::{Budget, Origin, Share};
@@ -13,18 +14,13 @@ use soilsig::support::statistics::{T_95, quantile_95};
 use soilsig::table::{Part, Prepared, Table, Target};
 use soilsig::tracer::trace::{self, Request};
 
-use crate::support::{Place, shipped};
+use crate::support::{Place, shipped_json};
 
 const CELLS: usize = 16;
 
-/// The settled patch, its meshes where they are, after a change.
+/// The settled patch after a change.
 fn patch(change: impl FnOnce(&mut Value)) -> Value {
-    let text = fs::read_to_string(shipped("settled_patch.json")).expect("shipped");
-    let mut scene: Value = serde_json::from_str(&text).expect("JSON");
-    let prototypes = &mut scene["geometry"]["placed"]["prototypes"];
-    for prototype in prototypes.as_array_mut().expect("a list") {
-        prototype["file"] = json!(shipped("settled_patch.obj"));
-    }
+    let mut scene = shipped_json("settled_patch.json");
     change(&mut scene);
     scene
 }
@@ -77,14 +73,6 @@ fn columns(text: &str, names: &[&str]) -> Vec<Vec<f64>> {
         indices.iter().map(|&i| row[i].parse().unwrap_or(f64::NAN)).collect()
     };
     reader.records().map(|row| of(row.expect("a row"))).collect()
-}
-
-/// What it prints, or why it fails.
-fn said(place: &Place, args: &[&str], status: i32) -> String {
-    let output = place.soilsig(args).output().expect("it runs");
-    let errors = String::from_utf8(output.stderr).expect("UTF-8");
-    assert_eq!(output.status.code(), Some(status), "{args:?}\n{errors}");
-    if status == 0 { String::from_utf8(output.stdout).expect("UTF-8") } else { errors }
 }
 
 #[test]
@@ -195,7 +183,7 @@ fn what_spectra_bring_is_what_changed_constants_change() {
     traced(&place, &patch(shallow), 1, 0.01).write(&place.path("t.json")).expect("written");
     let args = ["signature", "t.json", "--range", "9.03-9.03", "--out", "s.csv"];
     let run = |more: &[&str]| {
-        said(&place, &[&args[..], more].concat(), 0);
+        place.run(&[&args[..], more].concat(), 0);
         let csv = fs::read_to_string(place.path("s.csv")).expect("written");
         columns(&csv, &["emissivity"])[0][0]
     };
@@ -262,8 +250,8 @@ fn straight_lines_miss_what_a_grid_of_half_the_step_shows() {
     let place = Place::new();
     traced(&place, &patch(shallow), 1, 0.01).write(&place.path("t.json")).expect("written");
     let args = |step| ["signature", "t.json", "--range", "8-9.2", "--step", step];
-    let finer = columns(&said(&place, &args("0.1"), 0), &["emissivity"]);
-    said(&place, &[&args("0.2")[..], &["--budget", "b.csv", "--out", "s.csv"]].concat(), 0);
+    let finer = columns(&place.run(&args("0.1"), 0).0, &["emissivity"]);
+    place.run(&[&args("0.2")[..], &["--budget", "b.csv", "--out", "s.csv"]].concat(), 0);
     let csv = fs::read_to_string(place.path("b.csv")).expect("written");
     let steps = columns(&csv, &["wavelength_um", "spectral_step"]);
     assert_eq!((finer.len(), steps.len()), (13, 7));
@@ -285,13 +273,13 @@ fn shards_have_the_cells_of_the_whole() {
     fs::write(place.path("scene.json"), patch(|_| ()).to_string()).expect("written");
     let trace = |out: &str, more: &[&str]| {
         let args = ["trace", "scene.json", "--paths", "20000", "--out", out];
-        said(&place, &[&args[..], more].concat(), 0);
+        place.run(&[&args[..], more].concat(), 0);
     };
     trace("whole.json", &[]);
     for part in ["1", "2", "3"] {
         trace(&format!("{part}.json"), &["--shard", &format!("{part}/3")]);
     }
-    said(&place, &["merge", "2.json", "3.json", "1.json", "--out", "merged.json"], 0);
+    place.run(&["merge", "2.json", "3.json", "1.json", "--out", "merged.json"], 0);
     let cells = |name: &str| {
         let text = fs::read_to_string(place.path(name)).expect("written");
         text.split_once("\n  \"cells\": ").expect("it has cells").1.to_owned()
@@ -299,7 +287,7 @@ fn shards_have_the_cells_of_the_whole() {
     assert!(cells("merged.json") == cells("whole.json"));
     assert!(cells("1.json") != cells("2.json"));
     let budget = |name: &str| {
-        said(&place, &["signature", name, "--budget", "b.csv", "--out", "s.csv"], 0);
+        place.run(&["signature", name, "--budget", "b.csv", "--out", "s.csv"], 0);
         fs::read(place.path("b.csv")).expect("written")
     };
     assert!(budget("merged.json") == budget("whole.json"));
@@ -309,32 +297,32 @@ fn shards_have_the_cells_of_the_whole() {
 fn cells_that_were_tampered_with_are_refused() {
     let place = Place::new();
     traced(&place, &patch(shallow), 1, 0.01).write(&place.path("t.json")).expect("written");
-    let text = fs::read_to_string(place.path("t.json")).expect("written");
-    let sound: Value = serde_json::from_str(&text).expect("JSON");
-    let refused = |tamper: &dyn Fn(&mut Value), because: &str| {
+    let sound = place.json("t.json");
+    let refused = |tamper: &dyn Fn(&mut Value)| {
         let mut table = sound.clone();
         tamper(&mut table["cells"]);
-        fs::write(place.path("wrong.json"), table.to_string()).expect("written");
-        let said = said(&place, &["signature", "wrong.json"], 3);
-        assert!(said.contains(because) && said.contains("hint:"), "{because:?} is not in {said}");
+        place.write("wrong.json", table.to_string());
+        place.refused(&["signature", "wrong.json"], 3)
     };
     let add = |count: &mut Value, by: i64| *count = json!(count.as_i64().expect("whole") + by);
-    let other = "the cells count other paths than the groups";
-    refused(&|cells| cells["escaped"][0][1][0][0] = json!(16), "cell is not within 0 to 15");
-    refused(&|cells| add(&mut cells["escaped"][0][1][0][1], 5), other);
     // As many paths in all, of which some bring other weights.
     let moved = |cells: &mut Value| {
         add(&mut cells["escaped"][0][1][0][1], 5);
         let from = cells["escaped"][1][1].as_array_mut().expect("counts");
         add(from.iter_mut().map(|of| &mut of[1]).find(|n| n.as_i64() > Some(5)).expect("some"), -5);
     };
-    refused(&moved, other);
-    refused(&|cells| cells["escaped"] = json!([]), other);
-    refused(&|cells| cells["kept"]["order"] = json!(true), "a state");
-    refused(&|cells| cells["parts"] = json!(4), "4 parts");
+    let told = [
+        refused(&|cells| cells["escaped"][0][1][0][0] = json!(16)),
+        refused(&|cells| add(&mut cells["escaped"][0][1][0][1], 5)),
+        refused(&moved),
+        refused(&|cells| cells["escaped"] = json!([])),
+        refused(&|cells| cells["kept"]["order"] = json!(true)),
+        refused(&|cells| cells["parts"] = json!(4)),
+    ];
+    assert_snapshot!(told.concat());
     // Without any they are a table's of before.
     let mut without = sound.clone();
     without.as_object_mut().expect("an object").remove("cells");
     fs::write(place.path("without.json"), without.to_string()).expect("written");
-    said(&place, &["signature", "without.json"], 0);
+    place.run(&["signature", "without.json"], 0);
 }

@@ -6,6 +6,9 @@ use std::path::Path;
 use std::process::Output;
 
 use assert_cmd::Command;
+use insta::assert_snapshot;
+
+use crate::support::without_places;
 
 const HEADINGS: &str = "level,setting,repeats,wall_s,cpu_s,rms_error,worst_band_error,bias,\
                         reference_rms,reference_worst_band\n";
@@ -62,7 +65,7 @@ fn a_chart_tells_bias_from_noise_and_draws_both() {
         assert!(out.join(file).metadata().expect("it is there").len() > 10_000, "{file}");
     }
     let said = String::from_utf8(run.stdout).expect("UTF-8");
-    assert!(said.contains("the cheapest within 0.005"), "{said}");
+    assert!(said.contains("0.005"), "no choice is named: {said}");
     // What was measured elsewhere is in the file and the picture, and nowhere a choice.
     let row = &rows[&("Peer".to_owned(), "64 paths".to_owned())];
     assert_eq!(
@@ -82,22 +85,24 @@ fn a_file_beside_the_chart_that_is_none_of_its_kind_is_refused_before_anything_i
     let folder = tempfile::tempdir().expect("a folder");
     let peer = folder.path().join("peer.csv");
     let good = "Peer,64 paths,12,1,1,0.1,0.2,0,0,0\n";
-    for (text, line, problem) in [
-        ("time,error\n1,2\n".to_owned(), 1, "headings"),
-        (HEADINGS.to_owned(), 1, "no rows"),
-        (format!("{HEADINGS}{good}Peer,128 paths,12,1,1,0.1\n"), 3, "fields"),
-        (format!("{HEADINGS}{good}Peer,128 paths,12,1,1,?,0.2,0,0,0\n"), 3, "rms_error is \"?\""),
-        (format!("{HEADINGS}Peer,64 paths,12,1,1,0.1,NaN,0,0,0\n"), 2, "worst_band_error"),
-        (format!("{HEADINGS}Peer,64 paths,12,1,0,0.1,0.2,0,0,0\n"), 2, "cpu_s"),
-        (format!("{HEADINGS}Peer,64 paths,0,1,1,0.1,0.2,0,0,0\n"), 2, "repeats"),
-        (format!("{HEADINGS},64 paths,12,1,1,0.1,0.2,0,0,0\n"), 2, "level"),
+    let mut told = String::new();
+    for (text, line) in [
+        ("time,error\n1,2\n".to_owned(), 1),
+        (HEADINGS.to_owned(), 1),
+        (format!("{HEADINGS}{good}Peer,128 paths,12,1,1,0.1\n"), 3),
+        (format!("{HEADINGS}{good}Peer,128 paths,12,1,1,?,0.2,0,0,0\n"), 3),
+        (format!("{HEADINGS}Peer,64 paths,12,1,1,0.1,NaN,0,0,0\n"), 2),
+        (format!("{HEADINGS}Peer,64 paths,12,1,0,0.1,0.2,0,0,0\n"), 2),
+        (format!("{HEADINGS}Peer,64 paths,0,1,1,0.1,0.2,0,0,0\n"), 2),
+        (format!("{HEADINGS},64 paths,12,1,1,0.1,0.2,0,0,0\n"), 2),
     ] {
         fs::write(&peer, &text).expect("written");
         let run = chart(&peer, &folder.path().join("chart"));
         let said = String::from_utf8_lossy(&run.stderr).into_owned();
         assert_eq!(run.status.code(), Some(3), "{text}: {said}");
         assert!(said.contains(&format!("peer.csv, line {line}: ")), "{text}: {said}");
-        assert!(said.contains(problem) && said.contains("columns of chart.csv"), "{text}: {said}");
-        assert!(!said.contains("measuring"), "{said}");
+        assert!(!folder.path().join("chart").exists(), "it was measured before");
+        told += &format!("{text:?}\n{}\n", without_places(&said));
     }
+    assert_snapshot!(told);
 }

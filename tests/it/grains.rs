@@ -4,13 +4,16 @@ use std::collections::{BTreeMap, HashSet};
 use std::fs;
 use std::path::Path;
 
+use insta::assert_snapshot;
 use soilsig::products::grains::Report;
 
-use crate::support::{a_blender, real_blenders, run_in};
+use crate::support::{
+    Place, a_blender, cross, dot, real_blenders, sub, without_numbers, without_places,
+};
 
-fn grains(folder: &Path, blender: &Path, args: &[&str]) -> Report {
-    let output = run_in(folder, blender, &[&["grains", "--json"], args].concat());
-    serde_json::from_slice(&output.stdout).expect("the report")
+fn grains(place: &Place, blender: &Path, args: &[&str]) -> Report {
+    let report = place.run_with(blender, &[&["grains", "--json"], args].concat());
+    serde_json::from_str(&report).expect("the report")
 }
 
 /// Corners and facets of an object, and where its corners begin in the file.
@@ -44,18 +47,6 @@ fn objects(path: &Path) -> BTreeMap<String, Object> {
     objects
 }
 
-fn less(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| a[i] - b[i])
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 /// Closed, outward and convex: every edge is run along once each way, and no corner stands before a
 /// facet. Returns the sphericity.
 fn sphericity_of_sound((corners, facets): &Object) -> f64 {
@@ -64,7 +55,7 @@ fn sphericity_of_sound((corners, facets): &Object) -> f64 {
     for facet in facets {
         let origin = corners[facet[0]];
         let spokes: Vec<_> =
-            facet[1..].iter().map(|&corner| less(corners[corner], origin)).collect();
+            facet[1..].iter().map(|&corner| sub(corners[corner], origin)).collect();
         let mut across = [0.0; 3];
         for pair in spokes.windows(2) {
             let fan = cross(pair[0], pair[1]);
@@ -76,7 +67,7 @@ fn sphericity_of_sound((corners, facets): &Object) -> f64 {
         let normal = across.map(|x| x / twice);
         for &corner in corners {
             // The file has nine digits of coordinates below a thousand micrometres.
-            assert!(dot(normal, less(corner, origin)) < 1e-3, "a corner before a facet");
+            assert!(dot(normal, sub(corner, origin)) < 1e-3, "a corner before a facet");
         }
         for (i, &corner) in facet.iter().enumerate() {
             assert!(edges.insert((corner, facet[(i + 1) % facet.len()])), "an edge twice");
@@ -92,11 +83,11 @@ fn sphericity_of_sound((corners, facets): &Object) -> f64 {
 fn every_shape_reaches_what_is_asked_in_every_blender() {
     let mut reports = Vec::new();
     for blender in real_blenders() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let report = grains(folder.path(), &blender, &["--out", "g"]);
+        let place = Place::new();
+        let report = grains(&place, &blender, &["--out", "g"]);
         let names: Vec<&str> = report.shapes.iter().map(|shape| shape.name.as_str()).collect();
         assert_eq!(names, ["fine_35", "fine_60", "grain_500", "grain_640", "grain_853"]);
-        let objects = objects(&folder.path().join("g/grains.obj"));
+        let objects = objects(&place.path("g/grains.obj"));
         for shape in &report.shapes {
             assert_eq!(shape.bodies.len(), 4);
             for body in &shape.bodies {
@@ -118,7 +109,7 @@ fn every_shape_reaches_what_is_asked_in_every_blender() {
         }
         reports.push(report);
     }
-    for report in &reports[1..] {
+    for report in reports.iter().skip(1) {
         for (one, other) in reports[0].shapes.iter().zip(&report.shapes) {
             for (one, other) in one.bodies.iter().zip(&other.bodies) {
                 assert_eq!(
@@ -134,11 +125,11 @@ fn every_shape_reaches_what_is_asked_in_every_blender() {
 
 #[test]
 fn variants_and_seeds_differ_and_the_same_seed_does_not() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let place = Place::new();
     let Some(blender) = a_blender() else { return };
     let run = |seed: &str, out: &str| {
-        grains(folder.path(), &blender, &["--seed", seed, "--variants", "3", "--out", out]);
-        objects(&folder.path().join(out).join("grains.obj"))
+        grains(&place, &blender, &["--seed", seed, "--variants", "3", "--out", out]);
+        objects(&place.path(out).join("grains.obj"))
     };
     let (one, two) = (run("1", "one"), run("2", "two"));
     // No two of the bodies measure the same: they are not one body turned or scaled.
@@ -148,28 +139,27 @@ fn variants_and_seeds_differ_and_the_same_seed_does_not() {
     }
     assert_eq!(seen.len(), 2 * 5 * 3);
     let args = ["--seed", "1", "--variants", "3", "--out", "again", "--no-cache"];
-    grains(folder.path(), &blender, &args);
+    grains(&place, &blender, &args);
     for file in ["grains.obj", "grains.json", "grains.svg", "grains.png"] {
-        let read = |out: &str| fs::read(folder.path().join(out).join(file)).expect("written");
+        let read = |out: &str| fs::read(place.path(out).join(file)).expect("written");
         assert!(read("one") == read("again"), "{file}");
     }
 }
 
 #[test]
 fn a_second_run_does_not_start_blender_and_draws_the_same() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let place = Place::new();
     let Some(blender) = a_blender() else { return };
+    let blender = place.counted(&blender);
     let args = ["grains", "--variants", "1", "--out"];
-    let first = run_in(folder.path(), &blender, &[&args[..], &["g"]].concat());
-    let log = fs::read(folder.path().join("g/blender.log")).expect("written");
-    let second = run_in(folder.path(), &blender, &[&args[..], &["h"]].concat());
-    assert!(String::from_utf8_lossy(&second.stderr).contains("from the cache"));
-    assert_eq!(fs::read(folder.path().join("h/blender.log")).expect("copied"), log);
-    let read = |file: &str| fs::read(folder.path().join(file)).expect("written");
+    let table = place.run_with(&blender, &[&args[..], &["g"]].concat());
+    let log = fs::read(place.path("g/blender.log")).expect("written");
+    let starts = place.starts();
+    place.run_with(&blender, &[&args[..], &["h"]].concat());
+    assert_eq!(place.starts(), starts);
+    assert_eq!(fs::read(place.path("h/blender.log")).expect("copied"), log);
+    let read = |file: &str| fs::read(place.path(file)).expect("written");
     assert!(read("g/grains.png") == read("h/grains.png"));
     assert!(read("g/grains.png").starts_with(b"\x89PNG"));
-    let table = String::from_utf8_lossy(&first.stdout).into_owned();
-    for words in ["grain_853", "elongation I/L", "roundness", "closed, outward, convex"] {
-        assert!(table.contains(words), "{table}");
-    }
+    assert_snapshot!(without_numbers(&without_places(&table)));
 }

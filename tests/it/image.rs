@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use insta::assert_snapshot;
 use serde_json::{Value, json};
 use soilsig::products::cube::Cube;
 use soilsig::products::image::{self, Asked, Made};
@@ -15,6 +16,8 @@ use soilsig::support::output;
 use soilsig::table::{Prepared, Target};
 use soilsig::tracer::trace::{self, Request};
 use tempfile::TempDir;
+
+use crate::support::{message, shipped_json};
 
 const SIDE_UM: f64 = 100.0;
 
@@ -152,14 +155,8 @@ fn beyond_mirror_sides_a_wide_view_sees_the_bed_in_mirrors() {
 
 /// The shipped patch with a sensor.
 fn patch(folder: &TempDir, sensor: &Value, change: impl FnOnce(&mut Value)) -> PathBuf {
-    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
-    let text = fs::read_to_string(&shipped).expect("a shipped scene");
-    let mut scene: Value = serde_json::from_str(&text).expect("JSON");
+    let mut scene = shipped_json("settled_patch.json");
     scene["sensor"] = sensor.clone();
-    for prototype in scene["geometry"]["placed"]["prototypes"].as_array_mut().expect("a list") {
-        let file = shipped.with_file_name(prototype["file"].as_str().expect("a name"));
-        prototype["file"] = file.display().to_string().into();
-    }
     change(&mut scene);
     write(folder, &scene)
 }
@@ -320,6 +317,5 @@ fn a_pinhole_within_the_bed_is_refused() {
     let made =
         image::make(&tracer, &scene, &grid(9.0, 9.0, 1.0), &asked(0.1), folder.path(), &Unwatched);
     let error = made.expect_err("it stands in the bed");
-    assert!(error.to_string().contains("below the top of the bed"), "{error}");
-    assert!(error.hint().expect("a hint").contains("distance_um"));
+    assert_snapshot!(message(&error, error.hint()));
 }

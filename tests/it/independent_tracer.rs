@@ -5,12 +5,12 @@
 use std::collections::HashMap;
 use std::fs;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use rayon::prelude::*;
 use serde_json::Value;
 
-use crate::support::{V, along, cross, dot, sub, trace_file, unit};
+use crate::support::{V, XorShift, along, cross, dot, shipped_path, sub, trace_file, unit};
 
 struct Triangle {
     a: V,
@@ -196,20 +196,9 @@ impl Patch {
     }
 }
 
-struct XorShift(u64);
-
-impl XorShift {
-    fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
-
 #[test]
 fn the_table_of_the_shipped_patch_agrees_with_a_brute_force_tracer() {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
+    let path = shipped_path("settled_patch.json");
     let rho = [[0.1, 0.4, 0.1], [0.4, 0.1, 0.3], [0.6, 0.6, 0.6]];
     let patch = Patch::read(&path);
     let paths = 2400_u64;

@@ -16,6 +16,7 @@ mod image;
 mod independent_tracer;
 mod ingest;
 mod library;
+mod messages;
 mod mitsuba;
 mod packings;
 mod pictures;

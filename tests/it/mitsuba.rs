@@ -20,7 +20,7 @@ use soilsig::tracer::trace;
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
 use tempfile::TempDir;
 
-use crate::support::{Tool, tool};
+use crate::support::{Tool, shipped_json, tool};
 
 /// Reflectance of fines, grains and floor.
 const REFLECTANCES: [[f64; 3]; 6] = [
@@ -48,16 +48,10 @@ const LEVEL: f64 = 0.01;
 
 /// The shipped patch with open sides, seen from there.
 fn open_patch(folder: &TempDir, [zenith_deg, azimuth_deg]: [f64; 2]) -> PathBuf {
-    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
-    let text = fs::read_to_string(&shipped).expect("a shipped scene");
-    let mut scene: Value = serde_json::from_str(&text).expect("JSON");
+    let mut scene = shipped_json("settled_patch.json");
     scene["view"] = json!({"zenith_deg": zenith_deg, "azimuth_deg": azimuth_deg});
     let placed = &mut scene["geometry"]["placed"];
     placed["domain"]["sides"] = "open".into();
-    for prototype in placed["prototypes"].as_array_mut().expect("a list") {
-        let file = shipped.with_file_name(prototype["file"].as_str().expect("a name"));
-        prototype["file"] = file.display().to_string().into();
-    }
     let path = folder.path().join("scene.json");
     fs::write(&path, scene.to_string()).expect("written");
     path

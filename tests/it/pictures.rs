@@ -5,24 +5,23 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
+use insta::assert_snapshot;
 use serde_json::{Value, json};
 
-use crate::support::{Place, real_blenders, shipped};
+use crate::support::{Place, SmallBed, real_blenders, shipped};
 
 impl Place {
     /// Runs and expects that exit status; returns standard error.
-    fn run_picture(&self, args: &[&str], status: i32) -> String {
+    fn run_picture(&self, args: &[&str]) {
         // A picture must not look for a Blender.
         let mut command = self.soilsig(args);
         let output = command.env("SOILSIG_BLENDER", "/nowhere/blender").output().expect("it runs");
         let errors = String::from_utf8(output.stderr).expect("UTF-8");
-        assert_eq!(output.status.code(), Some(status), "{args:?}\n{errors}");
-        assert!(!errors.contains("panicked"), "{errors}");
-        errors
+        assert!(output.status.success(), "{args:?}\n{errors}");
     }
 
     fn picture(&self, args: &[&str]) -> Picture {
-        self.run_picture(&[&["picture"], args, &["--out", "p.png"]].concat(), 0);
+        self.run_picture(&[&["picture"], args, &["--out", "p.png"]].concat());
         Picture::read(&self.path("p.png"))
     }
 }
@@ -205,56 +204,49 @@ fn the_same_bytes_for_any_number_of_threads() {
 #[test]
 fn what_is_wrong_is_said_with_file_place_and_remedy() {
     let place = Place::new();
-    let refused = |args: &[&str], status: i32, words: &[&str]| {
-        let said = place.run_picture(&[&["picture"], args].concat(), status);
-        assert!(words.iter().all(|word| said.contains(word)), "{args:?}: {said}");
+    let mut told = String::new();
+    let mut refused = |args: &[&str], status: i32| {
+        told += &place.refused(&[&["picture"], args].concat(), status);
         assert!(!place.path("p.png").exists());
     };
     sphere_on_floor(&place);
     fs::create_dir(place.path("empty")).expect("made");
     let out = ["--out", "p.png"];
     let with = |args: &[&'static str]| [args, &out].concat();
-    let pipeline = "soilsig pipeline";
-    refused(&with(&["grain", "empty"]), 3, &["empty", "scene.json", pipeline]);
-    refused(&with(&["patch", "gone.json"]), 3, &["gone.json"]);
-    refused(&with(&["coverages", "scene.json", "empty"]), 3, &["empty", pipeline]);
-    refused(&with(&["drop", "scene.json"]), 3, &["frames.json", pipeline]);
-    refused(&with(&["grain", "scene.json", "--prototype", "cube"]), 3, &["cube", "it has sphere"]);
-    refused(&["patch", "scene.json", "--out", "p.jpg"], 2, &["p.jpg", ".png"]);
-    refused(&["patch", "scene.json", "--out", "scene.json/p.png"], 1, &["scene.json"]);
-    refused(&with(&["drop", "scene.json", "--frames", "1"]), 2, &["--frames"]);
-    refused(&with(&["patch", "scene.json", "--zenith", "181"]), 2, &["--zenith"]);
+    refused(&with(&["grain", "empty"]), 3);
+    refused(&with(&["patch", "gone.json"]), 3);
+    refused(&with(&["coverages", "scene.json", "empty"]), 3);
+    refused(&with(&["drop", "scene.json"]), 3);
+    refused(&with(&["grain", "scene.json", "--prototype", "cube"]), 3);
+    refused(&["patch", "scene.json", "--out", "p.jpg"], 2);
+    refused(&["patch", "scene.json", "--out", "scene.json/p.png"], 1);
+    refused(&with(&["drop", "scene.json", "--frames", "1"]), 2);
+    refused(&with(&["patch", "scene.json", "--zenith", "181"]), 2);
     let packing = shipped("sparse.json");
-    refused(&["patch", &packing, "--out", "p.png"], 3, &["sparse.json", pipeline]);
+    refused(&["patch", &packing, "--out", "p.png"], 3);
     let good = fall(&place);
-    for (key, value, words) in [
-        ("soilsig_frames", json!(2), &["version 2"][..]),
-        ("prototypes", json!(["cube"]), &["prototypes", "\"cube\""]),
-        ("prototypes", json!(["sphere", "sphere"]), &["frames[0].transforms", "1 places for 2"]),
-        ("tray_um", json!([0, 1]), &["tray_um"]),
-        ("frames", json!([]), &["frames"]),
-        ("frame", json!(1), &["unknown field"]),
+    for (key, value) in [
+        ("soilsig_frames", json!(2)),
+        ("prototypes", json!(["cube"])),
+        ("prototypes", json!(["sphere", "sphere"])),
+        ("tray_um", json!([0, 1])),
+        ("frames", json!([])),
+        ("frame", json!(1)),
     ] {
         let mut wrong = good.clone();
         wrong[key] = value;
         fs::write(place.path("frames.json"), wrong.to_string()).expect("written");
-        refused(&with(&["drop", "scene.json"]), 3, &[&["frames.json"], words].concat());
+        refused(&with(&["drop", "scene.json"]), 3);
     }
+    assert_snapshot!(told);
 }
 
-/// Beds that real Blenders have just dropped.
+/// Beds that real Blenders have dropped.
 #[test]
 fn the_recorded_drop_ends_where_the_grains_lie() {
     for blender in real_blenders() {
-        let place = Place::new();
-        let scene = shipped("small.json");
-        let args = ["pipeline", "--scene", &scene, "--out", "r", "--tolerance", "0.1"];
-        place.soilsig(&args).env("SOILSIG_BLENDER", &blender).assert().success();
-        let read = |name: &str| -> Value {
-            let text = fs::read_to_string(place.path("r").join(name)).expect("written");
-            serde_json::from_str(&text).expect("JSON")
-        };
-        let (record, scene) = (read("frames.json"), read("scene.json"));
+        let bed = SmallBed::of(&blender);
+        let (record, scene) = (bed.place.json("r/frames.json"), bed.place.json("r/scene.json"));
         let frames = record["frames"].as_array().expect("frames");
         let numbers = |value: &Value| -> Vec<f64> {
             let values = value.as_array().expect("numbers").iter();
@@ -272,8 +264,10 @@ fn the_recorded_drop_ends_where_the_grains_lie() {
             frames.iter().map(|f| f["time_s"].as_f64().expect("a time")).collect();
         assert!((18..=24).contains(&times.len()) && times[0] == 0.0, "{times:?}");
         assert!(times.windows(2).all(|pair| pair[0] < pair[1]), "{times:?}");
+        let place = Place::new();
+        let run = bed.place.path("r").display().to_string();
         for what in ["grain", "drop", "coverages", "patch"] {
-            let picture = place.picture(&[what, "r", "--width-px", "400"]);
+            let picture = place.picture(&[what, &run, "--width-px", "400"]);
             // A strip of a narrow tray is narrower.
             assert!((100..=400).contains(&picture.width), "{what}: {}", picture.width);
         }

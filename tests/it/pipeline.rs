@@ -2,24 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::os::unix::fs::PermissionsExt;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 
 use serde_json::Value;
 use soilsig::scene::Scene;
 
-use crate::support::{Tool, a_blender, real_blenders, run_in, tool, trace_file};
-
-/// What the program printed: JSON, or words.
-fn soilsig(folder: &Path, blender: &Path, args: &[&str]) -> Value {
-    let text = String::from_utf8(run_in(folder, blender, args).stdout).expect("UTF-8");
-    serde_json::from_str(&text).unwrap_or(Value::String(text))
-}
-
-fn shipped(name: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name).display().to_string()
-}
+use crate::support::{
+    Place, SmallBed, Tool, a_blender, real_blenders, shipped, tool, trace_file, with_script,
+};
 
 /// A signature's columns, by heading.
 fn columns(path: &Path) -> BTreeMap<String, Vec<f64>> {
@@ -97,12 +87,13 @@ fn assert_falling(what: &str, values: &[(f64, f64)]) {
 /// coverage: the error bars are those of the rays, set small, and the signs hold beyond them.
 #[test]
 fn four_coverages_show_the_signs_of_the_paper() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let place = Place::new();
     let Some(blender) = a_blender() else { return };
     let args =
         ["pipeline", "--coverage", "all", "--range", "7.3-14", "--tolerance", "0.0015", "--json"];
-    let record = soilsig(folder.path(), &blender, &args);
-    let out = folder.path().join("out/all");
+    let record = place.run_with(&blender, &args);
+    let record: Value = serde_json::from_str(&record).expect("the record");
+    let out = place.path("out/all");
     let curves: Vec<Curve> = ["full", "less", "sparse", "bare"]
         .iter()
         .map(|coverage| Curve::read(&out.join(coverage).join("signature.csv")))
@@ -146,70 +137,49 @@ fn cached(record: &Value) -> BTreeMap<&str, bool> {
 
 #[test]
 fn a_second_run_does_not_start_blender() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let scene = shipped("small.json");
-    for (number, blender) in real_blenders().into_iter().enumerate() {
-        let out = format!("r{number}");
-        let run = |more: &[&str]| {
-            let args = ["pipeline", "--scene", &scene, "--out", &out, "--json"];
-            soilsig(folder.path(), &blender, &[&args, more].concat())
-        };
-        assert!(cached(&run(&[])).values().all(|cached| !cached));
-        let log = folder.path().join(&out).join("blender.log");
-        let first = fs::read(&log).expect("written");
-        assert!(cached(&run(&[])).values().all(|cached| *cached));
+    for blender in real_blenders() {
+        let bed = SmallBed::of(&blender);
+        let [first, second] = &bed.records;
+        assert!(cached(first).values().all(|cached| !cached));
+        assert!(cached(second).values().all(|cached| *cached));
+        assert_eq!(fs::read(bed.place.path("r/blender.log")).expect("still there"), bed.log);
         // Other bands are traced for anew, on the bed that is there.
+        let scene = shipped("small.json");
+        let run = |more: &[&str]| -> Value {
+            let args = ["pipeline", "--scene", &scene, "--out", "other", "--json"];
+            serde_json::from_str(&bed.place.run_with(&bed.blender, &[&args, more].concat()))
+                .expect("the record")
+        };
         let other = run(&["--range", "8-9"]);
         assert_eq!((cached(&other)["drop"], cached(&other)["trace"]), (true, false));
-        assert_eq!(fs::read(&log).expect("still there"), first);
-        assert!(!cached(&run(&["--seed", "2"]))["drop"], "another seed is another bed");
+        assert_eq!(fs::read(bed.place.path("other/blender.log")).expect("copied"), bed.log);
+        let other = run(&["--seed", "2", "--range", "8-9"]);
+        assert!(!cached(&other)["drop"], "another seed is another bed");
     }
 }
 
-/// A blender that counts its starts.
-fn counting(folder: &Path, blender: &Path) -> (PathBuf, PathBuf) {
-    let (wrapper, count) = (folder.join("blender"), folder.join("starts"));
-    let script = format!(
-        "#!/bin/sh\necho x >> '{}'\nexec '{}' \"$@\"\n",
-        count.display(),
-        blender.display()
-    );
-    fs::write(&wrapper, script).expect("written");
-    fs::set_permissions(&wrapper, fs::Permissions::from_mode(0o755)).expect("executable");
-    (wrapper, count)
-}
-
+/// Of a Python with bpy it is asked which interpreter it is: that one is started then.
 #[test]
 fn not_even_its_version_is_asked_for_a_second_time() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
     let Some(blender) = tool(Tool::Blender) else { return };
-    let (wrapper, count) = counting(folder.path(), &blender);
-    let starts = || fs::read_to_string(&count).expect("it was started").lines().count();
-    let args = ["pipeline", "--scene", &shipped("small.json"), "--out", "r"];
-    soilsig(folder.path(), &wrapper, &args);
-    assert_eq!(starts(), 2, "once to ask what it is, once to drop");
-    soilsig(folder.path(), &wrapper, &args);
-    assert_eq!(starts(), 2);
+    let [first, second] = SmallBed::of(&blender).starts;
+    assert_eq!(first, 2, "once to ask what it is, once to drop");
+    assert_eq!(second, 2);
 }
 
 #[test]
 fn the_same_seed_gives_the_same_bytes_of_every_file() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    for (number, blender) in real_blenders().into_iter().enumerate() {
-        let out = format!("r{number}");
-        let scene = shipped("small.json");
-        let args = ["pipeline", "--scene", &scene, "--out", &out, "--patch-obj", "--no-cache"];
-        soilsig(folder.path(), &blender, &args);
+    for blender in real_blenders() {
+        let bed = SmallBed::of(&blender);
         for file in
             ["prototypes.obj", "patch.obj", "scene.json", "scene.glb", "scene.blend", "blender.log"]
         {
-            assert!(folder.path().join(&out).join(file).is_file(), "{file}");
+            assert!(bed.place.path("r").join(file).is_file(), "{file}");
         }
         // Replay fails with a status of its own if any byte differs.
-        let said = soilsig(folder.path(), &blender, &["replay", &format!("{out}/run.json")]);
-        let said = said.as_str().expect("words");
+        let said = bed.place.run_with(&bed.blender, &["replay", "r/run.json"]);
         for file in ["prototypes.obj", "scene.glb", "table.json", "signature.png"] {
-            assert!(said.contains(&format!("{file}: the same")), "{said}");
+            assert!(said.contains(file), "{said}");
         }
         // Blender's own file holds addresses in memory: it is made again, and not compared.
         assert!(said.contains("scene.blend: "), "{said}");
@@ -219,21 +189,13 @@ fn the_same_seed_gives_the_same_bytes_of_every_file() {
 
 #[test]
 fn the_bed_is_what_the_recipe_asks_for() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    for (number, blender) in real_blenders().into_iter().enumerate() {
-        let out = format!("r{number}");
-        let args = ["pipeline", "--scene", &shipped("small.json"), "--out", &out];
-        soilsig(folder.path(), &blender, &args);
-        let out = folder.path().join(out);
-        let report: Value =
-            serde_json::from_str(&fs::read_to_string(out.join("drop.json")).expect("written"))
-                .expect("JSON");
+    for blender in real_blenders() {
+        let bed = SmallBed::of(&blender);
+        let report = bed.place.json("r/drop.json");
         let sphere = |diameter_um: f64| std::f64::consts::FRAC_PI_6 * diameter_um.powi(3);
-        for (prototype, (diameter_um, fines)) in report["prototypes"]
-            .as_array()
-            .expect("prototypes")
-            .iter()
-            .zip([(500.0, 150), (640.0, 180), (853.0, 220)])
+        let prototypes = report["prototypes"].as_array().expect("prototypes");
+        for (prototype, (diameter_um, fines)) in
+            prototypes.iter().zip([(500.0, 150), (640.0, 180), (853.0, 220)])
         {
             // The grain and its fines, each of the volume of its sphere.
             let volume_um3 = prototype["volume_um3"].as_f64().expect("a volume");
@@ -242,27 +204,16 @@ fn the_bed_is_what_the_recipe_asks_for() {
             assert_eq!(prototype["fines"]["fine_60"], fines, "{prototype}");
         }
         assert_eq!(report["settle"]["settled"], true);
-        let scene: Value =
-            serde_json::from_str(&fs::read_to_string(out.join("scene.json")).expect("written"))
-                .expect("JSON");
-        assert_eq!(
-            scene["geometry"]["placed"]["instances"].as_array().expect("instances").len(),
-            18
-        );
+        let scene = bed.place.json("r/scene.json");
+        let instances = scene["geometry"]["placed"]["instances"].as_array().expect("instances");
+        assert_eq!(instances.len(), 18);
     }
 }
 
 /// Blender's own reader finds the bed of the .obj with its instances in the .glb.
 fn assert_blender_opens_the_bed(blender: &Path, out: &Path) {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/readers/open_glb.py");
-    let mut command = Command::new(blender);
-    command.env_clear().env("PATH", "/usr/bin:/bin");
-    if !blender.file_name().is_some_and(|name| name.to_string_lossy().contains("python")) {
-        command.args(["--background", "--factory-startup", "-noaudio"]);
-        command.args(["--python-exit-code", "13", "--python"]);
-    }
-    let output =
-        command.arg(script).arg("--").arg(out.join("scene.glb")).output().expect("it runs");
+    let mut command = with_script(blender, "tests/readers/open_glb.py");
+    let output = command.arg("--").arg(out.join("scene.glb")).output().expect("it runs");
     let said = String::from_utf8_lossy(&output.stdout);
     let found = said.lines().find_map(|line| line.strip_prefix("OPENED "));
     let found: Value =
@@ -296,21 +247,17 @@ fn assert_blender_opens_the_bed(blender: &Path, out: &Path) {
 /// The .glb is the same bed as the .obj with its instances: the same curve, by other files.
 #[test]
 fn the_glb_gives_the_signature_of_the_obj() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    for (number, blender) in real_blenders().into_iter().enumerate() {
-        let out = folder.path().join(format!("r{number}"));
-        let args =
-            ["pipeline", "--scene", &shipped("small.json"), "--out", out.to_str().expect("UTF-8")];
-        soilsig(folder.path(), &blender, &args);
+    for blender in real_blenders() {
+        let bed = SmallBed::of(&blender);
+        let out = bed.place.path("r");
         assert_blender_opens_the_bed(&blender, &out);
-        let path = out.join("scene.json");
-        let mut scene: Value =
-            serde_json::from_str(&fs::read_to_string(&path).expect("written")).expect("JSON");
+        let mut scene = bed.place.json("r/scene.json");
         let placed = scene["geometry"]["placed"].as_object_mut().expect("placed");
         placed.remove("instances");
-        placed["prototypes"] = serde_json::json!([{"name": "bed", "file": "scene.glb"}]);
-        let other = out.join("glb.json");
-        fs::write(&other, scene.to_string()).expect("written");
+        placed["prototypes"] = serde_json::json!([{"name": "bed", "file": out.join("scene.glb")}]);
+        let place = Place::new();
+        place.write("glb.json", scene.to_string());
+        let (path, other) = (out.join("scene.json"), place.path("glb.json"));
         let [obj, glb] = [(path, 1), (other, 2)].map(|(path, seed)| trace_file(&path, seed, 0.001));
         for rho in [[0.1, 0.4, 0.1], [0.6, 0.6, 0.6]] {
             let (a, b) = (obj.weight(&rho), glb.weight(&rho));
@@ -322,7 +269,7 @@ fn the_glb_gives_the_signature_of_the_obj() {
 
 #[test]
 fn any_number_of_size_classes_and_minerals_goes_through() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let place = Place::new();
     let Some(blender) = a_blender() else { return };
     let scene = r#"{
       "soilsig_scene": 1, "name": "mixture", "seed": 3, "temperature_k": 310, "sky_temperature_k": 250,
@@ -336,21 +283,22 @@ fn any_number_of_size_classes_and_minerals_goes_through() {
         "fines": [{"name": "dust", "shape": "fine_35", "diameter_um": 50, "material": "clay", "share": 0.5},
                   {"name": "grit", "shape": "fine_60", "diameter_um": 70, "material": "quartz", "share": 0.5}],
         "variants": 2, "tray_um": [1700, 1700], "crop_um": 300, "floor_material": "floor"}}}"#;
-    fs::write(folder.path().join("mixture.json"), scene).expect("written");
-    fs::write(folder.path().join("q.csv"), "um,emissivity\n8,0.5\n12,0.9\n").expect("written");
+    place.write("mixture.json", scene);
+    place.write("q.csv", "um,emissivity\n8,0.5\n12,0.9\n");
     // Of a library in two files both belong to the spectrum.
-    fs::write(folder.path().join("c.csv"), "8,0.97\n12,0.96\n").expect("written");
-    run_in(folder.path(), &blender, &["spectra", "convert", "c.csv", "--out", "c.sli"]);
+    place.write("c.csv", "8,0.97\n12,0.96\n");
+    place.run_with(&blender, &["spectra", "convert", "c.csv", "--out", "c.sli"]);
     // Any bed of one material takes a powder apart; here it is a groove.
     let groove = "v 0 0 0\nv 0 9 0\nv 9 0 9\nv 9 9 9\nv -9 0 9\nv -9 9 9\nf 1 3 4 2\nf 1 2 6 5\n";
-    fs::write(folder.path().join("groove.obj"), groove).expect("written");
+    place.write("groove.obj", groove);
     let pure = r#"{"soilsig_scene": 1, "name": "pure", "seed": 1, "temperature_k": 300, "view": {"zenith_deg": 0},
       "materials": [{"name": "m", "spectrum": {"constant": 0.1}}],
       "geometry": {"placed": {"prototypes": [{"name": "groove", "file": "groove.obj", "material": "m"}]}}}"#;
-    fs::write(folder.path().join("pure_scene.json"), pure).expect("written");
-    run_in(folder.path(), &blender, &["trace", "pure_scene.json", "-o", "pure.json"]);
+    place.write("pure_scene.json", pure);
+    place.run_with(&blender, &["trace", "pure_scene.json", "-o", "pure.json"]);
     let args = ["pipeline", "--scene", "mixture.json", "--out", "r", "--range", "8-12", "--json"];
-    let record = soilsig(folder.path(), &blender, &args);
+    let record = place.run_with(&blender, &args);
+    let record: Value = serde_json::from_str(&record).expect("the record");
     let seen = record["reached"]["mixture"]["seen_first"].as_object().expect("shares");
     assert_eq!(seen.len(), 4);
     assert!(
@@ -361,7 +309,7 @@ fn any_number_of_size_classes_and_minerals_goes_through() {
     for file in ["q.csv", "c.sli", "c.hdr", "pure.json"] {
         let inputs = record["inputs"].as_object().expect("inputs");
         assert!(inputs.keys().any(|path| path.ends_with(file)), "{file}: {inputs:?}");
-        fs::remove_file(folder.path().join(file)).expect("removed");
+        fs::remove_file(place.path(file)).expect("removed");
     }
-    soilsig(folder.path(), &blender, &["trace", "r/scene.json", "-o", "t.json", "--range", "8-12"]);
+    place.run_with(&blender, &["trace", "r/scene.json", "-o", "t.json", "--range", "8-12"]);
 }

@@ -1,7 +1,6 @@
 //! Nothing small is lost: gaps, coplanar and narrow facets, in meshes of any size and scenes in any unit.
 
 use std::collections::HashSet;
-use std::path::Path;
 
 use glam::{DAffine3, DQuat, DVec3};
 use soilsig::geometry::{Bed, Domain, Mesh, Placement, ingest};
@@ -11,6 +10,8 @@ use soilsig::support::random::{Purpose, Sampler};
 use soilsig::tracer::Tracer;
 use soilsig::tracer::bvh::Accelerator;
 use soilsig::tracer::rules::{Facet, TracingRules};
+
+use crate::support::shipped_path;
 
 /// Where the lines of a grid run, as shares of its width: narrow strips among them.
 const LINES: [f64; 9] = [0.0, 0.1, 0.100_003, 0.3, 0.37, 0.5, 0.500_003, 0.9, 1.0];
@@ -160,7 +161,7 @@ fn a_gap_between_a_fine_and_its_host_is_kept() {
 /// is the tracer's own rounding.
 #[test]
 fn a_bed_in_other_units_gives_the_same_table() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
+    let path = shipped_path("settled_patch.json");
     let patch = ingest::load(&Scene::read(&path).expect("a scene")).expect("meshes");
     let in_units = |scale: f64| {
         let mut bed = patch.clone();

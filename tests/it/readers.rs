@@ -6,23 +6,15 @@ use std::process::Command;
 
 use soilsig::products::cube::Cube;
 
-use crate::support::{Tool, tool};
-
-fn soilsig(folder: &Path, args: &[&str]) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_soilsig"));
-    let output = command.args(args).current_dir(folder).output().expect("it runs");
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{args:?}: {errors}");
-}
+use crate::support::{Place, Tool, shipped, tool};
 
 #[test]
 fn others_read_what_we_write_to_the_last_bit() {
     let Some(python) = tool(Tool::Readers) else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.json");
-    let scene = scene.to_str().expect("a path in UTF-8");
+    let place = Place::new();
+    let scene = &shipped("settled_patch.json");
     let bands = ["--range", "8-12", "--step", "0.5"];
-    let to = |args: &[&str]| soilsig(folder.path(), args);
+    let to = |args: &[&str]| place.run(args, 0);
     to(&[&["image", scene, "--out", "image", "--noise", "0.1", "--pixels", "6x4"][..], &bands]
         .concat());
     to(&[&["trace", scene, "--out", "table.json", "--tolerance", "0.05"][..], &bands].concat());
@@ -31,15 +23,15 @@ fn others_read_what_we_write_to_the_last_bit() {
     to(&[&["spectra", "convert", "quartz_fine", "--out", "library.csv"][..], &bands].concat());
     // What we read ourselves, for the others to compare with: band by band, line by line.
     for name in ["radiance", "radiance_standard_error", "emissivity"] {
-        let path = folder.path().join(format!("image/{name}.img"));
+        let path = place.path(format!("image/{name}.img"));
         let cube = Cube::read(&path).expect("a cube");
         assert_eq!((cube.lines, cube.samples, cube.wavelengths_um.len()), (4, 6, 9));
         let text: Vec<String> = cube.data.iter().map(ToString::to_string).collect();
-        fs::write(folder.path().join(format!("{name}.txt")), text.join("\n")).expect("written");
+        fs::write(place.path(format!("{name}.txt")), text.join("\n")).expect("written");
     }
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/readers/read.py");
     let output =
-        Command::new(python).arg(script).current_dir(folder.path()).output().expect("it starts");
+        Command::new(python).arg(script).current_dir(place.folder()).output().expect("it starts");
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{}{errors}", String::from_utf8_lossy(&output.stdout));
 }

@@ -8,7 +8,7 @@ use std::fs;
 
 use serde_json::json;
 
-use crate::support::{V, along, cross, dot, sub, trace_file, unit};
+use crate::support::{V, XorShift, along, cross, dot, sub, trace_file, unit};
 
 /// Side of the square domain, um, whose sides are mirrors.
 const SIDE: f64 = 100.0;
@@ -32,17 +32,6 @@ fn triangles() -> Vec<[V; 3]> {
         .chain(pyramid(70.0, 65.0, 18.0, [98.0, 72.0, 50.0]))
         .chain(pyramid(25.0, 75.0, 15.0, [20.0, 70.0, 35.0]))
         .collect()
-}
-
-struct XorShift(u64);
-
-impl XorShift {
-    fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
 }
 
 /// Distance, normal towards the ray and reflectance of the nearest triangle.

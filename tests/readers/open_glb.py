@@ -1,4 +1,4 @@
-"""Opens a .glb in Blender and prints what stands in it, in um; started by tests/pipeline.rs."""
+"""Opens a .glb in Blender and prints what stands in it, in um; started by tests/it/pipeline.rs."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""Opens soilsig's files in the readers of others and compares them; started by tests/readers.rs in
+"""Opens soilsig's files in the readers of others and compares them; started by tests/it/readers.rs in
 the folder that holds them."""
 
 import warnings

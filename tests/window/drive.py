@@ -1,4 +1,4 @@
-"""Drives Blender's real window through the making of a grain; run by tests/window.rs.
+"""Drives Blender's real window through the making of a grain; run by tests/it/window.rs.
 
 Buttons are clicked and keys pressed by xdotool, where they stand in a window of 1280 x 1100 of
 Blender 3.4 with factory settings; what a file dialogue asks for is handed to the operator. Beside

@@ -1,11 +1,11 @@
 //! Shell scripts that pose as Blender.
 
 use std::fs;
-use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::path::PathBuf;
 
 use tempfile::TempDir;
+
+use crate::support::executable;
 
 /// A folder with a shell script in the place of Blender, which counts its starts.
 pub struct Fake {
@@ -48,18 +48,4 @@ pub fn probe_with(version: &str, numpy: &str) -> String {
         r#"@soilsig {{"event":"probe","blender":"{version}","python":"3.11.2","numpy":{numpy}}}"#
     );
     format!("case \"$*\" in *probe.py*) echo '{answer}'; exit 0;; esac")
-}
-
-/// Writes a shell script.
-pub fn executable(path: &Path, body: &str) {
-    // By another process: a file that this one holds open for writing while another thread starts
-    // a child cannot be executed.
-    let mut writer = Command::new("sh")
-        .args(["-c", "cat > \"$0\" && chmod 755 \"$0\""])
-        .arg(path)
-        .stdin(Stdio::piped())
-        .spawn()
-        .unwrap();
-    writer.stdin.take().unwrap().write_all(format!("#!/bin/sh\n{body}\n").as_bytes()).unwrap();
-    assert!(writer.wait().unwrap().success());
 }

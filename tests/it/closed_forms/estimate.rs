@@ -14,7 +14,8 @@ const STANDARD_ERROR: f64 = 1e-4;
 /// Weight below which paths end: it may hide a hundredth of what is allowed.
 const LEAST_WEIGHT: f64 = 1e-6;
 
-/// Paths after which the standard error is looked at first; then they are doubled.
+/// Paths after which the standard error is looked at first; then as many are traced as it takes by that, up to
+/// four times as many.
 const LEAST: u64 = 1 << 17;
 
 /// Directions over a hemisphere. What is seen from them changes without a jump, so that the midpoint rule errs by
@@ -101,10 +102,13 @@ fn traced(
         let mut histogram = Histogram::of(&tally);
         past_collar(&mut histogram, bed.materials);
         let means = means(&histogram);
-        if means.iter().all(|mean| mean.standard_error <= STANDARD_ERROR) {
+        let widest = means.iter().map(|mean| mean.standard_error).fold(0.0, f64::max);
+        if widest <= STANDARD_ERROR {
             return means;
         }
-        (from, to) = (to, 2 * to);
+        // The error is known to a fifth, and falls with the root of their number or faster.
+        let times = (1.1 * (widest / STANDARD_ERROR).powi(2)).clamp(1.1, 4.0);
+        (from, to) = (to, (to as f64 * times).ceil() as u64);
     }
 }
 

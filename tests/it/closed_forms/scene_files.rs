@@ -7,7 +7,7 @@ use soilsig::table::Table;
 use soilsig::{radiometry, signature};
 use tempfile::TempDir;
 
-use crate::support::trace_file;
+use crate::support::{emissivity, trace_file};
 
 /// A scene in a folder of its own.
 struct Case {
@@ -42,12 +42,6 @@ impl Case {
 }
 
 const ALONE: &str = r#"{"prototypes": [{"name": "mesh", "file": "mesh.obj"}]}"#;
-
-fn emissivity(table: &Table) -> (f64, f64) {
-    let one = std::slice::from_ref(table);
-    let bands = signature::evaluate(one, &[9.0]).expect("constant spectra");
-    (bands[0].emissivity.mean, bands[0].emissivity.standard_error)
-}
 
 #[test]
 fn a_flat_plate_has_the_emissivity_of_its_facets() {

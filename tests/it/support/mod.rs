@@ -1,15 +1,17 @@
 //! What several tests share.
 
+mod bed;
 mod measured;
 mod place;
-mod program;
 mod scenes;
+mod told;
 mod tools;
 mod vectors;
 
+pub use bed::SmallBed;
 pub use measured::{Noise, l_sky, measured};
-pub use place::{Place, shipped};
-pub use program::run_in;
-pub use scenes::trace_file;
-pub use tools::{Tool, a_blender, real_blenders, tool};
-pub use vectors::{V, along, cross, dot, sub, unit};
+pub use place::{Place, shipped, shipped_json, shipped_path};
+pub use scenes::{emissivity, trace_file};
+pub use told::{message, told, without_fractions, without_numbers, without_places};
+pub use tools::{Tool, a_blender, executable, real_blenders, tool, with_script};
+pub use vectors::{V, XorShift, along, cross, dot, sub, unit};

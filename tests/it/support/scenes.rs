@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use soilsig::scene::{Grid, Scene};
+use soilsig::signature;
 use soilsig::support::monitor::Unwatched;
 use soilsig::table::{Prepared, Table, Target};
 use soilsig::tracer::trace::{self, Request};
@@ -20,4 +21,10 @@ pub fn trace_file(path: &Path, seed: u64, tolerance: f64) -> Table {
         &Unwatched,
     )
     .expect("traced")
+}
+
+/// The emissivity at 9 um, with its standard error.
+pub fn emissivity(table: &Table) -> (f64, f64) {
+    let bands = signature::evaluate(std::slice::from_ref(table), &[9.0]).expect("it holds 9 um");
+    (bands[0].emissivity.mean, bands[0].emissivity.standard_error)
 }

@@ -6,7 +6,8 @@
 
 use std::env;
 use std::io::{Write as _, stderr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::thread;
 
 #[derive(Clone, Copy)]
@@ -98,4 +99,32 @@ fn say_left_out(tools: &[Tool]) {
         variables.join(", ")
     );
     stderr().write_all(line.as_bytes()).expect("standard error is open");
+}
+
+/// A Blender, or a Python with `bpy`, that is about to run a script in an environment of nothing.
+pub fn with_script(blender: &Path, script: &str) -> Command {
+    let mut command = Command::new(blender);
+    // Debian's Blender takes the first python3 on PATH for its own.
+    command.env_clear().env("PATH", "/usr/bin:/bin");
+    if blender.file_name().is_none_or(|name| !name.to_string_lossy().contains("python")) {
+        command.args(["--background", "--factory-startup", "-noaudio"]);
+        command.args(["--python-exit-code", "13", "--python"]);
+    }
+    command.arg(Path::new(env!("CARGO_MANIFEST_DIR")).join(script));
+    command
+}
+
+/// Writes a shell script.
+pub fn executable(path: &Path, body: &str) {
+    // By another process: a file that this one holds open for writing while another thread starts
+    // a child cannot be executed.
+    let mut writer = Command::new("sh")
+        .args(["-c", "cat > \"$0\" && chmod 755 \"$0\""])
+        .arg(path)
+        .stdin(Stdio::piped())
+        .spawn()
+        .expect("a shell");
+    let script = format!("#!/bin/sh\n{body}\n");
+    writer.stdin.take().expect("a pipe").write_all(script.as_bytes()).expect("it reads");
+    assert!(writer.wait().expect("it ends").success());
 }

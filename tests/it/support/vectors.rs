@@ -1,4 +1,4 @@
-//! Vectors of the tests that trace by themselves, and share no code with the tracer.
+//! Vectors and random numbers of the tests that trace by themselves, and share no code with the tracer.
 
 /// Three coordinates.
 pub type V = [f64; 3];
@@ -22,4 +22,16 @@ pub fn along(o: V, t: f64, d: V) -> V {
 pub fn unit(a: V) -> V {
     let length = dot(a, a).sqrt();
     a.map(|x| x / length)
+}
+
+/// Random numbers from 0 to 1.
+pub struct XorShift(pub u64);
+
+impl XorShift {
+    pub fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
 }
