@@ -41,8 +41,8 @@ pub struct Report {
     pub versions: BTreeMap<String, String>,
     /// Greatest distance of a body's descriptors from those asked for.
     pub tolerance: Descriptors,
-    /// Standard deviation of the Gaussian that smooths the curvature along a silhouette, as a share of
-    /// its perimeter.
+    /// Standard deviation of the Gaussian that smooths the curvature along a silhouette, as a share
+    /// of its perimeter.
     pub roundness_resolution: f64,
     /// The shapes.
     pub shapes: Vec<Shape>,
@@ -94,7 +94,7 @@ pub struct Descriptors {
     pub flatness: f64,
     /// Wadell's: surface of the sphere of equal volume over that of the body.
     pub sphericity: f64,
-    /// Wadell's: mean radius of the corners of a silhouette over that of its largest inscribed circle.
+    /// Wadell's: mean radius of a silhouette's corners over that of its largest inscribed circle.
     pub roundness: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What is made of a bed besides its signature: images, scenes for other programs, retrievals, bare grains.
+//! Products besides the signature: images, retrievals, scenes for other programs, bare grains.
 
 pub mod cube;
 pub mod export;

@@ -24,6 +24,9 @@ const SMALL: f64 = 12.0;
 const FOOT: usize = 72;
 
 /// Draws the middle of several beds at one scale: of each as much as the narrowest bed has.
+///
+/// # Errors
+/// A mesh cannot be read, or the file cannot be written.
 pub fn coverages(
     scenes: &[Scene],
     look: Look,

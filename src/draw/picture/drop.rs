@@ -20,6 +20,9 @@ use crate::support::monitor::Monitor;
 use crate::support::output;
 
 /// Draws a strip of moments of the drop, from the record beside the scene's file.
+///
+/// # Errors
+/// The record or a mesh cannot be read, or the file cannot be written.
 pub fn drop(
     scene: &Scene,
     panels: usize,

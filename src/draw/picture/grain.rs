@@ -21,6 +21,9 @@ use crate::support::output;
 pub(super) const FOOT: usize = 36;
 
 /// Draws a prototype of a placed scene: the named one, else the first.
+///
+/// # Errors
+/// There is no such prototype, its mesh cannot be read, or the file cannot be written.
 pub fn grain(
     scene: &Scene,
     prototype: Option<&str>,

@@ -1,7 +1,7 @@
 //! The light of sun and sky on each piece of surface.
 //!
-//! The sky is many directions evenly over the upper hemisphere, the sun one more. A direction lights
-//! what it sees: this is found by a depth buffer, as for the camera.
+//! The sky is many directions evenly over the upper hemisphere, the sun one more. Depth buffers tell
+//! what each direction lights, as they do for the camera.
 
 use glam::{Affine3A, DVec3, Vec3, Vec3A};
 use rayon::prelude::*;
@@ -36,7 +36,7 @@ struct Light {
 }
 
 impl Lights {
-    /// A sun to the upper left behind the camera, and a hemisphere of `sky` directions about a zenith.
+    /// A sun to the upper left behind the camera, and `sky` directions about a zenith.
     pub fn new(camera: &Camera, zenith: DVec3, sky: usize) -> Self {
         let (right, up) = (camera.right.normalize(), camera.up.normalize());
         let sun = (-0.55 * right + 0.35 * up + 0.75 * camera.to_eye).normalize();
@@ -55,7 +55,7 @@ impl Lights {
         Self(std::iter::once(sun).chain((0..sky).map(sky_light)).collect())
     }
 
-    /// Light on each piece, 1 on a horizontal surface in the open. `pixel_um` is the shadows' detail.
+    /// Light on each piece, 1 on a horizontal surface in the open. Shadows are exact to `pixel_um`.
     pub fn on(
         &self,
         pieces: &[Piece],
@@ -141,7 +141,7 @@ impl Map {
         if cosine <= 0.0 {
             return 0.0;
         }
-        // A pixel has the depth of its middle. An offset of a pixel keeps a facet from shading itself.
+        // An offset of a pixel keeps a facet from shading itself.
         let point = (piece.point - self.origin).as_vec3() + self.pixel_um * piece.normal;
         let at = self.to_pixels.transform_point3a(Vec3A::from(point));
         // The map is wide enough that this changes only the last bit.

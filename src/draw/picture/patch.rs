@@ -21,12 +21,18 @@ use crate::tracer::footprint::Footprint;
 const WIDTH: usize = 640;
 
 /// Draws the sensor's view as PNG with a scale bar. Each facet has its material's colour.
+///
+/// # Errors
+/// The file cannot be written, or the user stops the work.
 pub fn sensor_view(bed: &Bed, path: &Path, monitor: &dyn Monitor) -> Result<(), Error> {
     let style = Style { rays: 2, sky: 5, background: SPACE, ..Style::new(monitor) };
     write(rendered(bed, WIDTH, &style)?, path)
 }
 
 /// Draws the sensor's view of a bed or, with a look, the whole bed.
+///
+/// # Errors
+/// A mesh cannot be read, the file cannot be written, or the user stops the work.
 pub fn patch(
     scene: &Scene,
     look: Option<Look>,

@@ -24,8 +24,8 @@ impl Failure for PictureError {
     }
 }
 
-/// Reads a placed scene from its file, or from the folder of a pipeline's result. Of several packings
-/// it reads the first.
+/// Reads a placed scene from its file, or from the folder of a pipeline's result. Of several
+/// packings it reads the first.
 ///
 /// # Errors
 /// The folder has no scene, or the scene is not valid or not placed.

@@ -13,7 +13,7 @@ use crate::geometry::Mesh;
 #[derive(Debug)]
 pub(crate) struct Shape<'a> {
     pub mesh: &'a Mesh,
-    /// The cross product of two sides of each triangle. It tells whether the triangle faces the eye.
+    /// The cross product of two sides of each triangle: tells whether it faces the eye.
     crosses: Vec<Vec3>,
     /// Greatest distance of a vertex from the mesh's origin, um.
     radius_um: f32,
@@ -65,8 +65,8 @@ pub(crate) struct Span {
 const EDGE: f32 = 1e-5;
 
 impl Body<'_> {
-    /// Calls `put` for the pixels whose middles a triangle covers, row by row. Closed meshes show only
-    /// their front.
+    /// Calls `put` for the pixels whose middles a triangle covers, row by row. Closed meshes show
+    /// only their front.
     pub fn draw(
         &self,
         to_pixels: &DAffine3,

@@ -55,8 +55,7 @@ impl Area {
     }
 }
 
-/// Finds a place for a label near `point`, inside `page`, preferably above or below the point. `None`
-/// if no place near is free.
+/// Finds a place for a label near `point`, inside `page`, preferably above or below the point.
 pub(crate) fn place(
     point: Point,
     size: Point,

@@ -81,7 +81,8 @@ impl Svg {
         };
         let content = escaped(content);
         self.push(&format!(
-            "<text x='{x}' y='{y}' font-size='{size}' text-anchor='{anchor}' {style}>{content}</text>"
+            "<text x='{x}' y='{y}' font-size='{size}' text-anchor='{anchor}' {style}>\
+             {content}</text>"
         ));
     }
 

@@ -11,6 +11,7 @@ use super::{Exported, FLOOR_UM, matrix, parts};
 use crate::spectrum::format;
 use crate::support::error::Error;
 use crate::support::output;
+use crate::table::TableMaterial;
 
 const METRE_UM: f64 = 1e6;
 
@@ -25,18 +26,33 @@ pub(super) fn write(exported: &Exported, wavelengths_um: &[f64], out: &Path) -> 
         let curve = format::sampled(&material.spectrum, wavelengths_um)?;
         let curves = [(material.name.clone(), curve)];
         format::write(&out.join(format!("material_{id}.ems")), wavelengths_um, &curves)?;
+        let temperature_k = scene.temperature_of(of_scene);
+        let TableMaterial { name, specular, .. } = material;
         let _ = write!(
             mat,
-            "MATERIAL_ENTRY {{\n    NAME = {}\n    ID = {id}\n    DOUBLE_SIDED = TRUE\n    \
-             SURFACE_PROPERTIES {{\n        EMISSIVITY_PROP_NAME = ClassicEmissivity\n        \
-             EMISSIVITY_PROP {{\n            FILENAME = material_{id}.ems\n            \
-             SPECULAR_FRACTION = {}\n        }}\n    }}\n    RAD_SOLVER_NAME = Generic\n    \
-             RAD_SOLVER {{\n        INITIAL_SAMPLE_COUNT = 100\n        MAX_BOUNCES = {MAX_BOUNCES}\n        \
-             SAMPLE_DECAY_RATE = 1\n    }}\n    TEMP_SOLVER_NAME = Fixed\n    \
-             TEMP_SOLVER {{\n        TEMPERATURE = {}\n    }}\n}}\n",
-            material.name,
-            material.specular,
-            scene.temperature_of(of_scene),
+            "MATERIAL_ENTRY {{
+    NAME = {name}
+    ID = {id}
+    DOUBLE_SIDED = TRUE
+    SURFACE_PROPERTIES {{
+        EMISSIVITY_PROP_NAME = ClassicEmissivity
+        EMISSIVITY_PROP {{
+            FILENAME = material_{id}.ems
+            SPECULAR_FRACTION = {specular}
+        }}
+    }}
+    RAD_SOLVER_NAME = Generic
+    RAD_SOLVER {{
+        INITIAL_SAMPLE_COUNT = 100
+        MAX_BOUNCES = {MAX_BOUNCES}
+        SAMPLE_DECAY_RATE = 1
+    }}
+    TEMP_SOLVER_NAME = Fixed
+    TEMP_SOLVER {{
+        TEMPERATURE = {temperature_k}
+    }}
+}}
+"
         );
     }
     let mut odb = String::from("DIRSIG_ODB = 1.0\n");

@@ -60,7 +60,8 @@ pub(super) fn write(exported: &Exported, wavelengths_um: &[f64], out: &Path) -> 
             let _ = writeln!(
                 xml,
                 "    <shape type=\"ply\"><string name=\"filename\" value=\"{file}\"/>\
-                 <boolean name=\"face_normals\" value=\"true\"/><ref id=\"material{material}\"/></shape>"
+                 <boolean name=\"face_normals\" value=\"true\"/>\
+                 <ref id=\"material{material}\"/></shape>"
             );
         }
         xml.push_str("  </shape>\n");
@@ -110,7 +111,8 @@ pub(super) fn write(exported: &Exported, wavelengths_um: &[f64], out: &Path) -> 
          <film type=\"hdrfilm\"><integer name=\"width\" value=\"$pixels\"/>\
          <integer name=\"height\" value=\"$pixels\"/><string name=\"pixel_format\" value=\"rgb\"/>\
          <string name=\"component_format\" value=\"float32\"/><rfilter type=\"box\"/></film>\
-         <sampler type=\"independent\"><integer name=\"sample_count\" value=\"$samples\"/></sampler>\
+         <sampler type=\"independent\">\
+         <integer name=\"sample_count\" value=\"$samples\"/></sampler>\
          </sensor>\n</scene>",
         scene.name.replace('-', "_"),
         away_um * 1e-6,
@@ -125,8 +127,9 @@ fn write_ply(vertices: &[Vec3], triangles: &[[u32; 3]], path: &Path) -> Result<(
     output::file(path, |out| {
         write!(
             out,
-            "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\n\
-             property float z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+            "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\n\
+             property float y\nproperty float z\nelement face {}\n\
+             property list uchar int vertex_indices\nend_header\n",
             vertices.len(),
             triangles.len()
         )?;

@@ -2,8 +2,8 @@
 //!
 //! Of a .odb file it reads objects with OBJ_FILENAME, UNITS and instances. An instance is nine
 //! numbers (translation in metres, scale, rotation about x, y and z in degrees) or a 4 x 4 matrix.
-//! Of a .mat file it reads emissivity file, specular fraction and fixed temperature. Everything else
-//! is named and left out.
+//! Of a .mat file it reads emissivity file, specular fraction and fixed temperature. It names what
+//! it leaves out.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

@@ -126,7 +126,7 @@ fn error(mean: &Mean) -> f64 {
     mean.half_width() / T_95
 }
 
-/// The wavelengths at which pilots are evaluated: a few, from the least reflectance to the greatest.
+/// A few wavelengths for the pilots, from the least reflectance to the greatest.
 pub(super) fn checked(lit: &[Lit]) -> (Bands, Vec<Lit>) {
     let mean = |lit: &Lit| lit.reflectance.iter().sum::<f64>();
     let mut order: Vec<&Lit> = lit.iter().collect();

@@ -14,7 +14,7 @@ const LEAST_WIDTH: usize = 512;
 const MARGIN: usize = 12;
 /// Height of the caption, pixels.
 const CAPTION: usize = 58;
-/// Longest side of the image, pixels: with margins and caption the longest picture that can be made.
+/// Longest side of the image, pixels. Margins and caption make it the longest possible picture.
 const MOST_SIDE: usize = 16_200;
 const TEXT: f64 = 14.0;
 /// The scale leaves out this share of the numbers at each end.

@@ -1,4 +1,4 @@
-//! Error against time, both in powers of ten: a colour for each level of the model.
+//! Error against time, both logarithmic, with a colour for each level of the model.
 
 use std::collections::HashSet;
 
@@ -12,9 +12,10 @@ use crate::studies::chart::{Setting, Trade};
 use crate::support::statistics::T_95;
 
 const NOTE_SIZE: f64 = 11.0;
-const BESIDE: &str = "Squares: measured elsewhere, each level against a reference of its own; the line and the ring leave them out.";
+const BESIDE: &str = "Squares: measured elsewhere, each level against its own reference. Grey line \
+                      and ring leave them out.";
 
-/// An axis by powers of ten that holds all values, with a little room at both ends.
+/// A logarithmic axis that holds all values, with a margin at both ends.
 fn decades(values: impl Iterator<Item = f64>, places: (f64, f64)) -> Result<Axis, PlotError> {
     let logs = values.filter(|value| *value > 0.0).map(f64::log10);
     let (low, high) = logs.fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
@@ -41,9 +42,10 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
     let beside = levels.iter().any(|(_, elsewhere)| *elsewhere);
     let caption = [
         format!(
-            "Each point is the root mean square over {fewest} runs or more, in the band where it is greatest, against {}. \
-             Hollow: more than half of the error over all bands is bias, which no further paths or beds lessen. Line: what nothing beats. \
-             Ring: the cheapest within ±{tolerance} at 95 %.",
+            "Points: root mean square error in the worst band over at least {fewest} runs, against \
+             {}. Hollow: more than half of the error over all bands is bias, which more paths or \
+             beds do not reduce. Grey line: no other setting is better in both. Ring: the cheapest \
+             setting within ±{tolerance} at 95 %.",
             trade.reference.made_of
         ),
         if beside { BESIDE.to_owned() } else { String::new() },
@@ -71,7 +73,7 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
         (right - left, bottom - y.place(floor)),
         "fill='#888888' fill-opacity='0.18'",
     );
-    note(svg, (left + 6.0, y.place(floor) + 13.0), "below what the reference can tell");
+    note(svg, (left + 6.0, y.place(floor) + 13.0), "below the error of the reference");
     let line = [(left, y.place(target)), (right, y.place(target))];
     svg.line(&line, "stroke='#1a1a1a' stroke-width='1.2' stroke-dasharray='6 4'");
     note(svg, (left + 6.0, y.place(target) - 5.0), &format!("±{tolerance} at 95 %"));
@@ -106,7 +108,7 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
     Ok(page.svg.finish())
 }
 
-/// A remark on a white ground.
+/// A note on a white ground.
 fn note(svg: &mut Svg, (x, y): Point, text: &str) {
     let size = (text_width(text, NOTE_SIZE) + 4.0, NOTE_SIZE + 3.0);
     svg.rectangle((x - 2.0, y - NOTE_SIZE), size, "fill='#ffffff' fill-opacity='0.75'");
