@@ -39,7 +39,10 @@
 //! | `netcdf` | radiance images: ENVI, NetCDF and pictures; needs `plots` |
 //! | `schema` | the formats of files as JSON Schema |
 
-#![cfg_attr(not(feature = "cli"), allow(dead_code, reason = "some parts serve the program alone"))]
+#![cfg_attr(
+    not(feature = "cli"),
+    allow(dead_code, unused_imports, reason = "some parts serve the program alone")
+)]
 
 pub mod radiometry;
 pub mod scene;

@@ -15,7 +15,7 @@ mod picture;
 mod pipeline;
 mod replay;
 mod retrieve;
-mod schema;
+pub mod schema;
 mod signature;
 mod spectra;
 mod stress;
@@ -71,7 +71,7 @@ enum Command {
 }
 
 /// What every subcommand works with.
-struct Context {
+pub struct Context {
     cache: Cache,
     terminal: Terminal,
     verbose: bool,

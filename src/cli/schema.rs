@@ -1,7 +1,11 @@
 //! `soilsig schema`: the formats of files, as JSON Schema.
 
+use serde_json::Value;
+
 use super::{Context, Outcome, print_json};
+use crate::pipeline::record::Record;
 use crate::scene::Scene;
+use crate::signature::{budget, csv};
 
 /// Prints the JSON Schema of a file format
 #[derive(clap::Args)]
@@ -10,15 +14,30 @@ pub struct Args {
     format: Format,
 }
 
+/// A file format.
 #[derive(Clone, Copy, clap::ValueEnum)]
-enum Format {
+pub enum Format {
     /// Scene files
     Scene,
+    /// run.json, the record of a run
+    Run,
 }
 
 pub fn run(args: &Args, _: &Context) -> Outcome {
-    match args.format {
-        Format::Scene => print_json(&schemars::schema_for!(Scene))?,
-    }
+    print_json(&of(args.format))?;
     Ok(None)
+}
+
+/// The schema of a format.
+pub fn of(format: Format) -> Value {
+    match format {
+        Format::Scene => schemars::schema_for!(Scene),
+        Format::Run => schemars::schema_for!(Record),
+    }
+    .into()
+}
+
+/// The columns of each CSV file of a run, with their meanings.
+pub fn column_lists() -> [(&'static str, Vec<(&'static str, &'static str)>); 2] {
+    [("signature.csv", csv::columns()), ("budget.csv", budget::COLUMNS.to_vec())]
 }

@@ -35,6 +35,7 @@ pub const CELLS: u16 = 4;
 /// hits, in their order or sorted. The zenith bin, if recorded, ends the state of an escaped path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Kept {
     /// The order of hits: needed where materials differ in temperature.
     pub order: bool,

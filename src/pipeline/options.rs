@@ -10,6 +10,7 @@ use crate::table::Target;
 /// What is run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Source {
     /// A shipped scene by its coverage: `full`, `less`, `sparse`, `bare`; `all` of them; or the
     /// share of the grains' silhouettes to be covered with fines, 0 to 1.
@@ -21,6 +22,7 @@ pub enum Source {
 /// Everything that a run depends on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Options {
     /// The scene.
     pub source: Source,
@@ -67,6 +69,7 @@ impl Options {
 /// How many packings are dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum HowMany {
     /// This number.
     Number(usize),
@@ -77,6 +80,7 @@ pub enum HowMany {
 /// The word for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Auto {
     /// As many as the tolerance takes.
     Auto,

@@ -25,6 +25,7 @@ impl Failure for RecordError {}
 /// One run of the pipeline.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Record {
     /// Version of the format: 1.
     pub soilsig_run: u32,
@@ -50,6 +51,7 @@ pub struct Record {
 /// A file written.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Output {
     /// SHA-256 of its content.
     pub sha256: String,
@@ -61,6 +63,7 @@ pub struct Output {
 /// A stage of the pipeline.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Stage {
     /// Its name.
     pub name: String,

@@ -20,6 +20,7 @@ use crate::table::warning::Warning;
 /// The numbers of a scene's result. Half-widths are those of 95 % intervals in emissivity.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Reached {
     /// Mean emissivity over windows of wavelengths, with the total uncertainty.
     #[serde(default)]
@@ -107,6 +108,7 @@ impl Reached {
 
 /// Half-widths of numbers that many bands make together.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FeatureErrors {
     /// Contrast of the reststrahlen doublet.
     pub reststrahlen_contrast: Option<f64>,

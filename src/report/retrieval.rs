@@ -11,6 +11,7 @@ use crate::table::Table;
 /// Results of Eq. 2 for a known and for an unknown temperature.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Retrieval {
     /// Amplification above which bands are masked.
     pub amplification_limit: f64,
@@ -27,6 +28,7 @@ pub struct Retrieval {
 /// The result of a method of temperature-emissivity separation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Separation {
     /// A temperature, and the error of Eq. 2 with it.
     Found {

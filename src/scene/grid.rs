@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Equally spaced wavelengths.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "GridFields")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Grid {
     from_um: f64,
     to_um: f64,
@@ -13,9 +14,13 @@ pub struct Grid {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct GridFields {
+    /// First wavelength, um.
     from_um: f64,
+    /// Last wavelength, um, if the step divides the range.
     to_um: f64,
+    /// Distance of the wavelengths, um.
     step_um: f64,
 }
 

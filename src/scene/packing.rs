@@ -140,7 +140,7 @@ pub struct GrainClass {
 #[serde(untagged)]
 pub enum Fines {
     /// So many.
-    Count(#[schemars(range(max = MOST))] u32),
+    Count(#[cfg_attr(feature = "schema", schemars(range(max = MOST)))] u32),
     /// As many as it takes.
     Cover(Cover),
 }

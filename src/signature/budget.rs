@@ -20,6 +20,7 @@ use crate::table::{Table, TableMaterial};
 /// interval for rays, packings and spectra, else a bound.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Share {
     /// The band, um.
     pub wavelength_um: f64,
@@ -94,18 +95,28 @@ pub struct Budget {
 }
 
 /// Headings of a budget's CSV file.
-const COLUMNS: [&str; 11] = [
-    "wavelength_um",
-    "total_half_width_95",
-    "rays_half_width_95",
-    "packings_half_width_95",
-    "rim",
-    "floor",
-    "given_up",
-    "apart",
-    "facets",
-    "spectral_step",
-    "spectra_half_width_95",
+/// The columns of `budget.csv`, with their meanings. All numbers are half-widths in emissivity.
+pub(crate) const COLUMNS: [(&str, &str); 11] = [
+    ("wavelength_um", "Wavelength of the band."),
+    (
+        "total_half_width_95",
+        "All parts up to given_up: the 95 % interval of rays and beds together, plus the bounds.",
+    ),
+    ("rays_half_width_95", "Noise of the rays."),
+    (
+        "packings_half_width_95",
+        "Differences between beds of the recipe; empty where the geometry is given.",
+    ),
+    ("rim", "What the outer ring of the view changes beyond chance."),
+    ("floor", "What a black or a white floor would change."),
+    ("given_up", "What paths given up leave open."),
+    ("apart", "What hulls that keep fines apart may change; empty where fines touch."),
+    (
+        "facets",
+        "What more or fewer facets of grains may change; empty where the geometry is given.",
+    ),
+    ("spectral_step", "What straight lines between bands miss."),
+    ("spectra_half_width_95", "Known errors of the facets' spectra."),
 ];
 
 /// The 95 % interval of rays and packings.
@@ -187,7 +198,7 @@ impl Budget {
 
     /// The budget as CSV; what does not apply has empty fields.
     pub fn csv_text(&self) -> String {
-        let mut csv = Csv::new(&COLUMNS);
+        let mut csv = Csv::new(&COLUMNS.map(|(heading, _)| heading));
         for share in &self.bands {
             let numbers = [
                 Some(share.total),

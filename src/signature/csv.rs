@@ -16,40 +16,86 @@ struct Row<'a> {
     eq3: [f64; 2],
 }
 
-/// A heading and its value; what is not known, and what Eq. 2 gives of masked bands, is empty.
-type Column = (&'static str, fn(&Row) -> Option<f64>);
+/// A heading, its meaning and its value. Unknown values, and Eq. 2 in masked bands, are empty.
+type Column = (&'static str, &'static str, fn(&Row) -> Option<f64>);
 
 /// The columns between `wavelength_um` and `valid`.
 const COLUMNS: [Column; 22] = [
-    ("emissivity", |r| Some(r.emissivity.mean)),
-    ("emissivity_standard_error", |r| Some(r.emissivity.standard_error)),
-    ("emissivity_half_width_95", |r| Some(r.emissivity.half_width)),
-    ("emissivity_standard_error_rays", |r| Some(r.emissivity.rays_standard_error)),
-    ("emissivity_sd_packings", |r| r.emissivity.spread),
-    ("l_emitted_w_m2_sr_um", |r| Some(r.band.l_emitted.mean)),
-    ("l_reflected_w_m2_sr_um", |r| Some(r.band.l_reflected.mean)),
-    ("l_target_w_m2_sr_um", |r| Some(r.band.l_target.mean)),
-    ("l_emitted_standard_error_w_m2_sr_um", |r| Some(r.band.l_emitted.standard_error)),
-    ("l_reflected_standard_error_w_m2_sr_um", |r| Some(r.band.l_reflected.standard_error)),
-    ("l_target_standard_error_w_m2_sr_um", |r| Some(r.band.l_target.standard_error)),
-    ("l_blackbody_w_m2_sr_um", |r| Some(r.band.l_blackbody)),
-    ("l_downwelling_w_m2_sr_um", |r| Some(r.band.l_downwelling)),
-    ("l_sensor_w_m2_sr_um", |r| r.l_sensor.map(|l| l.mean)),
-    ("l_sensor_standard_error_w_m2_sr_um", |r| r.l_sensor.map(|l| l.standard_error)),
-    ("brightness_temperature_k", |r| r.brightness.map(|t| t.k)),
-    ("brightness_temperature_standard_error_k", |r| r.brightness.map(|t| t.error_k)),
-    ("amplification", |r| Some(r.eq2.amplification)),
-    ("emissivity_eq2", |r| r.eq2.emissivity.map(|[e, _]| e)),
-    ("emissivity_eq2_standard_error", |r| r.eq2.emissivity.map(|[_, error]| error)),
-    ("emissivity_eq3", |r| Some(r.eq3[0])),
-    ("emissivity_eq3_standard_error", |r| Some(r.eq3[1])),
+    (
+        "emissivity",
+        "Emissivity towards the sensor, 1 - mean W: a property of the bed, whatever its temperatures.",
+        |r| Some(r.emissivity.mean),
+    ),
+    (
+        "emissivity_standard_error",
+        "Its standard error; of several beds from the spread between them, of one from its rays.",
+        |r| Some(r.emissivity.standard_error),
+    ),
+    (
+        "emissivity_half_width_95",
+        "Half-width of its 95 % interval. Paths given up are included; of one bed, the differences between beds are not: see budget.csv.",
+        |r| Some(r.emissivity.half_width),
+    ),
+    ("emissivity_standard_error_rays", "The part of the standard error that the rays make.", |r| {
+        Some(r.emissivity.rays_standard_error)
+    }),
+    ("emissivity_sd_packings", "Standard deviation between beds; empty for one bed.", |r| {
+        r.emissivity.spread
+    }),
+    ("l_emitted_w_m2_sr_um", "Radiance emitted.", |r| Some(r.band.l_emitted.mean)),
+    ("l_reflected_w_m2_sr_um", "Radiance reflected from the sky.", |r| {
+        Some(r.band.l_reflected.mean)
+    }),
+    ("l_target_w_m2_sr_um", "Radiance that leaves the target (Eq. 1).", |r| {
+        Some(r.band.l_target.mean)
+    }),
+    ("l_emitted_standard_error_w_m2_sr_um", "Standard error of l_emitted.", |r| {
+        Some(r.band.l_emitted.standard_error)
+    }),
+    ("l_reflected_standard_error_w_m2_sr_um", "Standard error of l_reflected.", |r| {
+        Some(r.band.l_reflected.standard_error)
+    }),
+    ("l_target_standard_error_w_m2_sr_um", "Standard error of l_target.", |r| {
+        Some(r.band.l_target.standard_error)
+    }),
+    ("l_blackbody_w_m2_sr_um", "Radiance of a black body at the temperature of the scene.", |r| {
+        Some(r.band.l_blackbody)
+    }),
+    (
+        "l_downwelling_w_m2_sr_um",
+        "Radiance of the sky; of one by zenith angle, as a level Lambertian mirror returns it.",
+        |r| Some(r.band.l_downwelling),
+    ),
+    (
+        "l_sensor_w_m2_sr_um",
+        "Radiance at the sensor, behind an atmosphere; empty without one.",
+        |r| r.l_sensor.map(|l| l.mean),
+    ),
+    ("l_sensor_standard_error_w_m2_sr_um", "Standard error of l_sensor.", |r| {
+        r.l_sensor.map(|l| l.standard_error)
+    }),
+    ("brightness_temperature_k", "Temperature of a black body with this radiance.", |r| {
+        r.brightness.map(|t| t.k)
+    }),
+    ("brightness_temperature_standard_error_k", "Its standard error.", |r| {
+        r.brightness.map(|t| t.error_k)
+    }),
+    ("amplification", "Factor by which Eq. 2 amplifies errors, B / (B - l_downwelling).", |r| {
+        Some(r.eq2.amplification)
+    }),
+    ("emissivity_eq2", "Emissivity by Eq. 2; empty where the band is masked.", |r| {
+        r.eq2.emissivity.map(|[e, _]| e)
+    }),
+    ("emissivity_eq2_standard_error", "Its standard error.", |r| {
+        r.eq2.emissivity.map(|[_, error]| error)
+    }),
+    ("emissivity_eq3", "Emissivity by Eq. 3, under a cold black sky.", |r| Some(r.eq3[0])),
+    ("emissivity_eq3_standard_error", "Its standard error.", |r| Some(r.eq3[1])),
 ];
 
 /// A signature as CSV, with the results of Eq. 2 and 3 for a target of that temperature.
 pub fn csv_text(bands: &[Band], temperature: Temperature, assumed: Assumed) -> String {
-    let headings = COLUMNS.iter().map(|(heading, _)| *heading);
-    let headings: Vec<&str> =
-        ["wavelength_um"].into_iter().chain(headings).chain(["valid"]).collect();
+    let headings: Vec<&str> = columns().into_iter().map(|(heading, _)| heading).collect();
     let mut csv = Csv::new(&headings);
     for (band, eq2) in bands.iter().zip(retrieve(bands, temperature, assumed)) {
         let row = Row {
@@ -61,8 +107,16 @@ pub fn csv_text(bands: &[Band], temperature: Temperature, assumed: Assumed) -> S
             eq3: band.emissivity_eq3(temperature),
         };
         let (um, valid) = (band.wavelength_um.to_string(), u8::from(band.valid).to_string());
-        let numbers = COLUMNS.iter().map(|(_, value)| decimals(value(&row)));
+        let numbers = COLUMNS.iter().map(|(.., value)| decimals(value(&row)));
         csv.row([um].into_iter().chain(numbers).chain([valid]));
     }
     csv.text()
+}
+
+/// All headings with their meanings.
+pub fn columns() -> Vec<(&'static str, &'static str)> {
+    let first = [("wavelength_um", "Wavelength of the band.")];
+    let last = [("valid", "1 where the models of all facets hold, else 0.")];
+    let others = COLUMNS.iter().map(|(heading, meaning, _)| (*heading, *meaning));
+    first.into_iter().chain(others).chain(last).collect()
 }

@@ -27,6 +27,7 @@ const PARTS: u32 = 20;
 /// Fewer grains than a recipe has.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Depth {
     /// Grains of the recipe.
     pub of: u32,

@@ -2,7 +2,7 @@
 
 pub mod budget;
 mod cells;
-mod csv;
+pub(crate) mod csv;
 pub mod depth;
 pub mod plan;
 mod window;

@@ -31,6 +31,7 @@ const COST: f64 = 2.5;
 /// The number of packings that a tolerance takes, by a pilot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Plan {
     /// Packings of the pilot. They are part of the result.
     pub pilot: usize,

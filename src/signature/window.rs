@@ -21,6 +21,7 @@ use crate::table::Table;
 /// bound.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Window {
     /// Shortest wavelength, um.
     pub from_um: f64,

@@ -26,6 +26,7 @@ const PROMINENCE: f64 = 1e-5;
 
 /// One sample of the curve.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Extremum {
     /// Wavelength, um.
     pub wavelength_um: f64,
@@ -35,6 +36,7 @@ pub struct Extremum {
 
 /// Two troughs and the peak between them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Doublet {
     /// The trough at the shorter wavelength.
     pub short_trough: Extremum,
@@ -48,6 +50,7 @@ pub struct Doublet {
 
 /// The features of one curve.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Features {
     /// The Christiansen maximum, 7.2 to 7.6 um; `None` if the curve only rises or falls there, like
     /// one that begins at 7.5 um.

@@ -11,6 +11,7 @@ mod shipped;
 mod tabulated;
 
 use std::fmt;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
@@ -42,7 +43,7 @@ pub enum Spectrum {
     Tabulated(Tabulated),
     /// Specular facets by shipped optical constants, with their name. Their reflectance depends on
     /// the angle of incidence.
-    Fresnel(String, &'static UniaxialCrystal),
+    Fresnel(String, Arc<UniaxialCrystal>),
     /// The facets of a powder: a bed of them alone has the emissivity of the powder's spectrum.
     Inverted(Box<Spectrum>, PureBed),
 }
@@ -54,6 +55,7 @@ enum Stored {
     Builtin(String),
     Tabulated(Tabulated),
     Fresnel(String),
+    Crystal(Box<UniaxialCrystal>),
     Inverted { powder: Box<Stored>, pure_bed: PureBed },
 }
 
@@ -63,7 +65,10 @@ impl From<Spectrum> for Stored {
             Spectrum::Constant(value) => Self::Constant(value),
             Spectrum::Builtin(name, _) => Self::Builtin(name),
             Spectrum::Tabulated(points) => Self::Tabulated(points),
-            Spectrum::Fresnel(name, _) => Self::Fresnel(name),
+            Spectrum::Fresnel(name, of) => match crystal(&name) {
+                Ok(shipped) if *shipped == *of => Self::Fresnel(name),
+                _ => Self::Crystal(Box::new(Arc::unwrap_or_clone(of))),
+            },
             Spectrum::Inverted(powder, pure_bed) => {
                 Self::Inverted { powder: Box::new((*powder).into()), pure_bed }
             }
@@ -79,6 +84,7 @@ impl TryFrom<Stored> for Spectrum {
             Stored::Builtin(name) => Self::builtin(&name)?,
             Stored::Tabulated(points) => Self::Tabulated(points),
             Stored::Fresnel(name) => Self::fresnel(&name)?,
+            Stored::Crystal(crystal) => Self::of_crystal(*crystal),
             Stored::Inverted { powder, pure_bed } => {
                 Self::Inverted(Box::new((*powder).try_into()?), pure_bed)
             }
@@ -116,7 +122,12 @@ impl fmt::Display for Spectrum {
 impl Spectrum {
     /// Specular facets by shipped optical constants.
     pub fn fresnel(constants: &str) -> Result<Self, SpectrumError> {
-        Ok(Self::Fresnel(constants.to_owned(), crystal(constants)?))
+        Ok(Self::Fresnel(constants.to_owned(), Arc::new(crystal(constants)?.clone())))
+    }
+
+    /// Facets that reflect specularly by the optical constants of any crystal.
+    pub fn of_crystal(crystal: UniaxialCrystal) -> Self {
+        Self::Fresnel(crystal.title.clone(), Arc::new(crystal))
     }
 
     /// A shipped spectrum by name.
@@ -316,6 +327,10 @@ mod tests {
             Spectrum::builtin("quartz_coarse").expect("shipped"),
             Spectrum::Tabulated(tabulated),
             Spectrum::fresnel("quartz").expect("shipped"),
+            Spectrum::of_crystal(UniaxialCrystal {
+                title: "half".into(),
+                ..crystal("quartz_zeidler").expect("shipped").clone()
+            }),
         ] {
             let text = serde_json::to_string(&spectrum).expect("JSON");
             assert_eq!(serde_json::from_str::<Spectrum>(&text).expect("the same JSON"), spectrum);

@@ -9,6 +9,7 @@ use super::{Spectrum, SpectrumError, kirchhoff};
 /// Where the reflectance of facets comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Mode {
     /// A measured or fitted spectrum.
     Library,
@@ -29,6 +30,7 @@ impl fmt::Display for Mode {
 /// The facets of a material, as a result describes them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FacetSource {
     /// Kind of spectrum.
     pub mode: Mode,

@@ -32,6 +32,7 @@ pub struct Tabulated {
 /// A warning about a spectrum that can still be used.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Warning {
     /// The reflectance was measured in one direction only.
     Bidirectional(String),
@@ -124,9 +125,20 @@ pub(super) struct Row {
 }
 
 impl Tabulated {
+    /// A spectrum from points of wavelength, um, and emissivity, in any order.
+    ///
+    /// # Errors
+    /// Fewer than two points, an emissivity outside 0 to 1, a wavelength that is not above 0 or
+    /// appears twice.
+    pub fn new(name: &str, points: &[(f64, f64)]) -> Result<Self, SpectrumError> {
+        let row = |(line, &(um, value)): (u64, &(f64, f64))| Row { line, um, value: Some(value) };
+        let rows = (1..).zip(points).map(row).collect();
+        Self::of_rows(Path::new(name), rows, Quantity::Emissivity, None)
+    }
+
     /// Checks the rows of a file, in any order, and makes them a spectrum. With `range_um` only the
     /// rows that this range needs are used.
-    pub(super) fn new(
+    pub(super) fn of_rows(
         path: &Path,
         mut rows: Vec<Row>,
         quantity: Quantity,

@@ -37,6 +37,25 @@ pub enum Status {
     Interrupted = 130,
 }
 
+impl Status {
+    /// All of them, with their meanings.
+    pub const ALL: [(Self, &str); 13] = [
+        (Self::Files, "a file could not be read or written"),
+        (Self::Usage, "the command line is wrong"),
+        (Self::Input, "a scene, spectrum, mesh or table is wrong"),
+        (Self::ToleranceNotReached, "the result is written, but its tolerance was not reached"),
+        (Self::ReplayDiffers, "a replayed run gave other bytes"),
+        (Self::BlenderMissing, "no Blender was found"),
+        (Self::BlenderVersion, "Blender has a version that soilsig cannot use"),
+        (Self::BlenderNumpy, "Blender's Python has no numpy"),
+        (Self::BlenderScript, "a script failed inside Blender"),
+        (Self::BlenderCrash, "Blender crashed"),
+        (Self::BlenderTimeout, "Blender did not end within its time limit"),
+        (Self::BlenderRefused, "the bed that came out of the drop failed its checks"),
+        (Self::Interrupted, "the user interrupted the program"),
+    ];
+}
+
 /// A failure that the user sees. Its `Display` says what happened and where.
 pub trait Failure: std::error::Error + Send + Sync + 'static {
     /// What the user can do about it.

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 /// What is seen of one prototype. Materials that are not seen are left out.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Cover {
     /// Share of each material in its silhouette: alone, seen from afar, over all directions.
     pub silhouette: BTreeMap<String, f64>,

@@ -10,6 +10,7 @@ use crate::table::Table;
 /// The field that was traced.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FieldSummary {
     /// Patches along x and y.
     pub patches: [u32; 2],
@@ -26,6 +27,7 @@ pub struct FieldSummary {
 /// What the patch alone gives in place of the field.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Alone {
     /// Within periodic sides, whose seams cut solids as those of the field do. If it gives the
     /// same, the field is not needed.
@@ -37,6 +39,7 @@ pub struct Alone {
 /// The difference of an emissivity from that of the field.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Difference {
     /// It less that of the field, in the band where the field is least precise.
     pub difference: f64,

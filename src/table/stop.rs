@@ -131,6 +131,7 @@ impl Reached {
 /// Why a trace stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum StopReason {
     /// It reached the tolerance.
     Tolerance,

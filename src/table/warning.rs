@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Something that may make a result wrong by more than its interval.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Warning {
     /// Facets are finer than the mesh's coordinates resolve.
     #[error(

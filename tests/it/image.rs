@@ -84,6 +84,12 @@ fn panels(folder: &TempDir, sides: &str, sensor: &Value) -> Value {
     scene
 }
 
+/// One band of an image, line by line.
+fn values(cube: &Cube, band: usize) -> &[f32] {
+    let size = cube.lines * cube.samples;
+    &cube.data[band * size..][..size]
+}
+
 #[test]
 fn four_by_four_panels_return_their_brightness_temperatures() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -193,7 +199,7 @@ fn the_mean_of_an_image_is_the_emissivity_of_the_table_and_its_noise_is_what_was
     let pixels = 32.0_f64 * 32.0;
     let mut widest = 0.0_f64;
     for (band, exact) in signature.iter().enumerate() {
-        let of = |image: usize| images[image].1.band(band).iter().map(|&e| f64::from(e));
+        let of = |image: usize| values(&images[image].1, band).iter().map(|&e| f64::from(e));
         let differences = of(0).zip(of(1)).map(|(a, b)| a - b);
         let realised = (mean(differences.map(|d| d * d)) / 2.0).sqrt();
         widest = widest.max(realised);
@@ -289,7 +295,7 @@ fn the_sensors_noise_is_what_the_scene_asks_for() {
         let noisy = black(noise);
         assert_eq!(noisy[2], clean[2], "the bed has no noise of the sensor");
         for (band, &um) in clean[0].wavelengths_um.iter().enumerate() {
-            let pairs = noisy[0].band(band).iter().zip(clean[0].band(band));
+            let pairs = values(&noisy[0], band).iter().zip(values(&clean[0], band));
             let differences = pairs.map(|(a, b)| f64::from(a - b));
             let number = differences.clone().count() as f64;
             let offset = mean(differences.clone());
@@ -301,7 +307,7 @@ fn the_sensors_noise_is_what_the_scene_asks_for() {
                 "{realised} {asked}"
             );
             assert!(offset.abs() < 4.0 * asked / number.sqrt(), "{um} um: off by {offset}");
-            let stated = f64::from(noisy[1].band(band)[7]);
+            let stated = f64::from(values(&noisy[1], band)[7]);
             assert!((stated / asked - 1.0).abs() < 1e-6, "black panels have no noise of rays");
         }
     }

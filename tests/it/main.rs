@@ -26,6 +26,7 @@ mod python;
 mod radiometry;
 mod readers;
 mod reciprocity;
+mod reference;
 mod rooms;
 mod rules;
 mod separation;

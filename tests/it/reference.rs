@@ -96,7 +96,10 @@ impl Schema<'_> {
                 Some(of @ Value::Object(_)) => format!("by name: {}", Schema(of).kind()),
                 _ if self.has("properties") => {
                     let keys = self.0["properties"].as_object().expect("keys").keys();
-                    format!("object with {}", keys.map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", "))
+                    format!(
+                        "object with {}",
+                        keys.map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ")
+                    )
                 }
                 _ => "object".into(),
             },
@@ -152,7 +155,9 @@ impl Schema<'_> {
                     let keys = other["properties"].as_object().expect("keys");
                     let of: Vec<String> = keys
                         .iter()
-                        .map(|(key, value)| format!("`{{\"{key}\": ...}}` with {}", Schema(value).kind()))
+                        .map(|(key, value)| {
+                            format!("`{{\"{key}\": ...}}` with {}", Schema(value).kind())
+                        })
                         .collect();
                     drop(kind);
                     format!("{}: {}", of.join(", "), schema.text("description"))
@@ -160,7 +165,9 @@ impl Schema<'_> {
                 kind => format!("{kind}: {}", schema.text("description")),
             };
             *page += &wrapped(&text, "- ", "  ");
-            for value in other.get("properties").and_then(Value::as_object).into_iter().flat_map(Map::values) {
+            for value in
+                other.get("properties").and_then(Value::as_object).into_iter().flat_map(Map::values)
+            {
                 Schema(value).keys(page, "  ");
             }
         }
@@ -179,13 +186,6 @@ fn page_of(title: &str, intro: &str, schema: &Value) -> String {
     page
 }
 
-fn columns_of(page: &mut String, title: &str, intro: &str, columns: &[(&str, &str)]) {
-    let _ = write!(page, "\n## {title}\n\n{}\n", wrapped(intro, "", ""));
-    for (name, meaning) in columns {
-        *page += &wrapped(&format!("`{name}`: {meaning}"), "- ", "  ");
-    }
-}
-
 #[test]
 fn scene_files_are_documented_by_their_schema() {
     let intro = "A scene file says what is looked at, what it is made of, from where, and at which temperature. It is \
@@ -200,7 +200,7 @@ fn results_are_documented_by_their_schemas_and_columns() {
                  This page is made from the schema that `soilsig schema run` prints. [Reading \
                  results](../guide/reading_results.md) explains the numbers, and [files of numbers](columns.md) the \
                  columns.";
-    keep("run.md", &page_of("The record of a run", intro, &schema::of(Format::Run)));
+    keep("results.md", &page_of("The record of a run", intro, &schema::of(Format::Run)));
     let mut page = "# Files of numbers\n\n".to_owned();
     page += &wrapped(
         "Columns of the CSV files, from the lists that the program writes them by. What is not known, and bands that \
@@ -208,8 +208,11 @@ fn results_are_documented_by_their_schemas_and_columns() {
         "",
         "",
     );
-    for (title, intro, columns) in schema::column_lists() {
-        columns_of(&mut page, title, intro, columns);
+    for (file, columns) in schema::column_lists() {
+        let _ = write!(page, "\n## {file}\n\n");
+        for (name, meaning) in columns {
+            page += &wrapped(&format!("`{name}`: {meaning}"), "- ", "  ");
+        }
     }
     keep("columns.md", &page);
 }

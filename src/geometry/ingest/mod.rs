@@ -42,11 +42,13 @@ impl Sources {
             if files.contains_key(&path) {
                 continue;
             }
-            let format = Format::of(&path)?;
+            // Its format is known before the file is read.
+            let is_gltf = Format::of(&path)? == Format::Gltf;
+            debug_assert!(!is_gltf || cfg!(feature = "gltf"));
             let read = |path: &Path| fs::read(path).map_err(FileError::read(path));
             let bytes = read(&path)?;
             #[cfg(feature = "gltf")]
-            if format == Format::Gltf {
+            if is_gltf {
                 for buffer in gltf::buffer_files(&path, &bytes)? {
                     let bytes = read(&buffer)?;
                     files.insert(buffer, bytes);

@@ -41,15 +41,6 @@ impl Cube {
         (band * self.lines + line) * self.samples + sample
     }
 
-    /// One band of the image, line by line.
-    ///
-    /// # Panics
-    /// If there is no such band.
-    pub fn band(&self, band: usize) -> &[f32] {
-        let size = self.lines * self.samples;
-        &self.data[band * size..][..size]
-    }
-
     /// The spectrum of a pixel.
     ///
     /// # Panics

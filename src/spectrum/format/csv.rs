@@ -42,7 +42,7 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
         rows.push(row(path, i, unit, &fields)?);
     }
     let quantity = reading.quantity.or(quantity).unwrap_or(Quantity::Emissivity);
-    Tabulated::new(path, rows, quantity, reading.range_um)
+    Tabulated::of_rows(path, rows, quantity, reading.range_um)
 }
 
 fn fields(line: &str) -> Vec<&str> {

@@ -44,7 +44,7 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
         let problem = format!("{count} values are announced, {} are there", rows.len());
         return Err(wrong(path, count_line, problem));
     }
-    let mut spectrum = Tabulated::new(path, rows, quantity, reading.range_um)?;
+    let mut spectrum = Tabulated::of_rows(path, rows, quantity, reading.range_um)?;
     // Samples of one mineral differ only in size and number.
     let parts = ["name", "particle size", "sample no."].map(|key| get(key).1);
     spectrum.name =

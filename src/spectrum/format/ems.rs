@@ -47,7 +47,8 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, Spe
         .into_iter()
         .enumerate()
         .map(|(i, (unit, rows))| {
-            let mut spectrum = Tabulated::new(path, rows, Quantity::Emissivity, reading.range_um)?;
+            let mut spectrum =
+                Tabulated::of_rows(path, rows, Quantity::Emissivity, reading.range_um)?;
             spectrum.name = (!is_one).then(|| (i + 1).to_string());
             spectrum.warnings.extend(is_weighted.then_some(Warning::AngularWeights));
             spectrum.warnings.extend((unit == Unit::Wavenumber).then_some(Warning::Coarse));

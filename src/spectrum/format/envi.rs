@@ -34,7 +34,7 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, Spe
             Row { line: i as u64 + 1, um, value }
         };
         let rows = bands.iter().enumerate().map(row).collect();
-        let mut spectrum = Tabulated::new(&header.data, rows, quantity, reading.range_um)?;
+        let mut spectrum = Tabulated::of_rows(&header.data, rows, quantity, reading.range_um)?;
         let name = names.get(i).filter(|name| !name.is_empty()).cloned();
         spectrum.name = Some(name.unwrap_or_else(|| (i + 1).to_string()));
         if quantity != Quantity::Emissivity {

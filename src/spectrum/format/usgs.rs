@@ -39,7 +39,7 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
         .map(|((line, value), (_, um))| Row { line, um, value: unless_deleted(value) })
         .collect();
     let quantity = reading.quantity.unwrap_or(Quantity::Reflectance);
-    let mut spectrum = Tabulated::new(path, rows, quantity, reading.range_um)?;
+    let mut spectrum = Tabulated::of_rows(path, rows, quantity, reading.range_um)?;
     spectrum.name = Some(name.split_whitespace().collect::<Vec<_>>().join(" "));
     if quantity != Quantity::Emissivity {
         spectrum.warnings.push(Warning::GeometryNotStated);

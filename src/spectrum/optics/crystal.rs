@@ -3,12 +3,12 @@
 use std::f64::consts::PI;
 
 use num_complex::Complex64;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::fresnel::{hemispherical_mean, unpolarised_reflectance};
 
 /// One damped harmonic oscillator of a dielectric function.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Oscillator {
     /// Resonance wavenumber, cm-1.
@@ -20,7 +20,7 @@ pub struct Oscillator {
 }
 
 /// One pair of modes in the four-parameter form of a dielectric function.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Factor {
     /// Wavenumber of the transverse optical mode, cm-1.
@@ -39,7 +39,7 @@ pub struct Factor {
 /// i g v0 v)
 ///
 /// Published sets of constants have either factors or oscillators.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Axis {
     /// Dielectric constant far above the resonances.
@@ -84,7 +84,7 @@ impl Axis {
 }
 
 /// Optical constants of a uniaxial crystal, from a file in spectra/.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct UniaxialCrystal {
     /// The crystal and the kind of constants.
