@@ -12,7 +12,7 @@ pub struct CubeError(#[from] FileError);
 
 impl Failure for CubeError {
     fn hint(&self) -> Option<String> {
-        self.0.hint_or("docs/images.md says which ENVI images are read")
+        self.0.hint_or("docs/guide/images.md says which ENVI images are read")
     }
 }
 

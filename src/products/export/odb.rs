@@ -29,7 +29,7 @@ pub struct DirsigError(#[from] FileError);
 
 impl Failure for DirsigError {
     fn hint(&self) -> Option<String> {
-        self.0.hint_or("docs/images.md says what is read of DIRSIG's files")
+        self.0.hint_or("docs/guide/other_programs.md says what is read of DIRSIG's files")
     }
 }
 
