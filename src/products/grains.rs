@@ -84,7 +84,7 @@ pub struct Body {
     pub checks: Vec<String>,
 }
 
-/// Descriptors of a shape by the definitions of the sand-grain literature (docs/geometry.md).
+/// Descriptors of a shape by the definitions of the sand-grain literature (docs/physics/beds.md).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Descriptors {
