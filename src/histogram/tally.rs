@@ -22,7 +22,7 @@ pub const COSINES: u16 = 64;
 pub const ZENITHS: u16 = 90;
 
 /// Parts of a path: at the first hit this many directions are tried, and each that meets the sky
-/// brings one part there. More parts cost more rays than they save (docs/tracer_speed.md).
+/// brings one part there. More parts cost more rays than they save (docs/notes/tracer.md).
 pub const PARTS: u64 = 5;
 
 /// Cells of the view along x and along y. Their spread tells how much such beds differ.

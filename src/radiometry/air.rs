@@ -34,7 +34,7 @@ pub fn air(scene: &Scene, wavelengths_um: &[f64]) -> Result<Air, Error> {
         };
         let problem = format!("{problem} in the scene's sky_radiance");
         let error = FileError::wrong(&path, problem);
-        Err(error.with_hint("docs/radiometry.md shows both kinds of file").into())
+        Err(error.with_hint("docs/guide/retrieval.md shows both kinds of file").into())
     };
     let sky_radiance: Result<_, RadiometryError> =
         scene.sky_radiance.as_ref().map(read_sky).transpose();

@@ -27,10 +27,10 @@ impl Failure for RadiometryError {
     fn hint(&self) -> Option<String> {
         match self {
             Self::File(error) => {
-                error.hint_or("docs/radiometry.md shows the columns of each kind of file")
+                error.hint_or("docs/guide/retrieval.md shows the columns of each kind of file")
             }
             Self::Separation { .. } => Some(
-                "try another method, or give the target's temperature; docs/radiometry.md says \
+                "try another method, or give the target's temperature; docs/physics/separation.md says \
                  what each method needs"
                     .into(),
             ),

@@ -196,8 +196,9 @@ impl Scene {
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
         let text = text.trim_start_matches('\u{feff}');
         let mut scene: Self = serde_json::from_str(text).map_err(|error| {
-            FileError::wrong(path, error.to_string())
-                .with_hint("`soilsig schema scene` prints the format; docs/scene.md explains it")
+            FileError::wrong(path, error.to_string()).with_hint(
+                "`soilsig schema scene` prints the format; docs/guide/own_scenes.md explains it",
+            )
         })?;
         scene.check().map_err(|(place, problem)| FileError::wrong_at(path, place, problem))?;
         path.clone_into(&mut scene.file);

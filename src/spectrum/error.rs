@@ -76,7 +76,7 @@ impl Failure for SpectrumError {
         Some(match self {
             Self::File(error) => {
                 return error.hint_or(
-                    "docs/spectra.md names the formats; leave out bad values at wavelengths that \
+                    "docs/guide/own_spectra.md names the formats; leave out bad values at wavelengths that \
                      are not needed: `soilsig spectra convert FILE --range FROM-TO --out FILE.csv`",
                 );
             }

@@ -30,7 +30,7 @@ impl Failure for ResolveError {
         match self {
             Self::Spectrum(error) => error.hint(),
             Self::PureBed(_) => Some(
-                "trace a bed of one material whose spectrum is a constant, 0.05 say: docs/chemistry.md"
+                "trace a bed of one material whose spectrum is a constant, 0.05 say: docs/physics/facets.md"
                     .into(),
             ),
             Self::PureBedTable(error) => error.hint(),

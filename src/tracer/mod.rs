@@ -46,7 +46,7 @@ const BLOCK: usize = 1024;
 const LIFT: f64 = 128.0 * f64::EPSILON;
 
 /// Weight to which Russian roulette raises a path, by the greatest reflectance of each facet in any
-/// band. Twice as much or half of it costs as much (docs/tracer_speed.md).
+/// band. Twice as much or half of it costs as much (docs/notes/tracer.md).
 const RAISED_TO: f64 = 0.1;
 
 /// Most paths that one stands for after Russian roulette: more would dominate in bands that are

@@ -22,7 +22,7 @@ const GLANCE: u64 = 256;
 /// Least paths of a result.
 const LEAST: u64 = 8192;
 /// The variance of a mean over evenly spread paths falls with this power of their number
-/// (docs/tracer.md).
+/// (docs/physics/sampling.md).
 const EVENNESS: f64 = 1.2;
 /// The pilot's estimate is multiplied by this, so that one round is mostly enough. The spreads of
 /// the pilot and of the result are each known to a fifth. Where rounds end as soon as the spread is

@@ -199,7 +199,7 @@ fn what_spectra_bring_is_what_changed_constants_change() {
         });
         (changed[0] - changed[1]) / 2.0
     };
-    // As docs/spectra.md has the fits' errors; fines and floor share a spectrum, and err together.
+    // As docs/physics/quartz.md has the fits' errors; fines and floor share a spectrum, and err together.
     let coarse = half_of("quartz_coarse", 0.0043, &["coarse"]);
     let fine = half_of("quartz_fine", 0.006, &["fine", "floor"]);
     assert!((found - 1.96 * coarse.hypot(fine)).abs() < 0.02 * found, "{found} {coarse} {fine}");

@@ -84,3 +84,24 @@ fn an_import_that_runs_upward_is_found() {
     let found = upward("table/mod.rs", text, &floors);
     assert_eq!(found, ["src/table/mod.rs:3: table imports tracer"]);
 }
+
+/// Messages and comments send their readers to documents.
+#[test]
+fn every_document_that_the_source_names_is_there() {
+    let mut files = Vec::new();
+    for folder in ["src", "tests/it", "benches", "examples"] {
+        sources(&root().join(folder), &mut files);
+    }
+    let mut missing = Vec::new();
+    for path in files {
+        let text = fs::read_to_string(&path).expect("source");
+        for part in text.split("docs/").skip(1) {
+            let end = part.find(|c: char| !(c.is_alphanumeric() || "_/.".contains(c)));
+            let name = part[..end.unwrap_or(part.len())].trim_end_matches('.');
+            if name.ends_with(".md") && !root().join("docs").join(name).is_file() {
+                missing.push(format!("{}: docs/{name}", path.display()));
+            }
+        }
+    }
+    assert!(missing.is_empty(), "{}", missing.join("\n"));
+}

@@ -75,7 +75,7 @@ fn reached(method: Method, truth: &[(f64, f64)], nedt_k: f64) -> [f64; 3] {
     sums.map(f64::sqrt)
 }
 
-/// `cargo test separation -- --nocapture` prints the table of docs/radiometry.md.
+/// `cargo test separation -- --nocapture` prints the table of docs/measurements/separation.md.
 #[test]
 fn every_method_finds_the_temperature_of_quartz_within_what_it_states() {
     let mut cases = beds();
