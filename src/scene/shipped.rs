@@ -63,7 +63,7 @@ mod tests {
         for (share, like) in [(0.05, "bare"), (0.6, "sparse"), (1.0, "full")] {
             let mut scene = with_cover(share);
             let text = serde_json::to_string(&scene).expect("plain data");
-            assert_eq!(Scene::parse(&text, Path::new("scene")).expect("sound"), scene);
+            assert_eq!(Scene::parse(&text, &scene.file).expect("sound"), scene);
             let tray = packing(&mut shipped(like)).tray_um;
             let packing = packing(&mut scene);
             assert_eq!(packing.tray_um, tray, "{share}");

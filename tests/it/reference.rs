@@ -68,7 +68,7 @@ impl Schema<'_> {
         }
         let others = ["anyOf", "oneOf"].iter().flat_map(|key| self.list(key));
         let kinds: Vec<String> =
-            others.map(|other| Schema(other).kind()).filter(|kind| kind != "null").collect();
+            others.map(|other| Schema(other).kind()).filter(|kind| !kind.is_empty()).collect();
         if !kinds.is_empty() {
             return kinds.join(" or ");
         }
@@ -82,7 +82,10 @@ impl Schema<'_> {
     }
 
     fn named(&self, of: &str) -> String {
-        let number = |key: &str| self.0.get(key).map(ToString::to_string);
+        let number = |key: &str| {
+            let text = self.0.get(key)?.to_string();
+            Some(text.strip_suffix(".0").unwrap_or(&text).to_owned())
+        };
         match of {
             "array" => {
                 let items = self.0.get("items").map_or("values".into(), |of| Schema(of).kind());

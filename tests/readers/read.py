@@ -1,5 +1,7 @@
-"""Opens soilsig's files in the readers of others and compares them; started by tests/it/readers.rs in
-the folder that holds them."""
+"""Opens soilsig's files in the readers of others and compares them.
+
+tests/it/readers.rs starts it in the folder that holds them.
+"""
 
 import warnings
 from pathlib import Path
