@@ -54,7 +54,7 @@ pub(super) fn sky_nears_target(setting: &Setting) -> Result<Vec<Point>, Error> {
         100.0, 150.0, 200.0, 220.0, 240.0, 250.0, 260.0, 265.0, 270.0, 275.0, 280.0, 285.0, 290.0,
         295.0, 298.0, 299.0, 300.0, 301.0, 302.0, 305.0, 310.0, 315.0, 320.0, 330.0, 340.0,
     ];
-    setting.sweep(&skies_k, "amplifies errors", |sky_k| {
+    setting.sweep(&skies_k, "it amplifies errors", |sky_k| {
         let mut scene = scene(&[("rock", 0.6)]);
         scene["sky_temperature_k"] = json!(sky_k);
         retrieved(&setting.run(scene, &plate)?.bands, sky_k, 300.0)
