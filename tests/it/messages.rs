@@ -187,7 +187,6 @@ fn of_measured_radiance() {
         &["l.csv", "--temperature", "300", "--sky", "sky.csv"],
         &["l.csv", "--temperature", "300", "--atmosphere", "air.csv"],
         &["l.csv", "--temperature", "300", "--radiance-error", "-1"],
-        &["l.csv", "--temperature", "300", "--amplification-limit", "0"],
         &["l.img", "--temperature", "300", "--out", "e.img"],
     ]
     .map(|args| place.failed(&[&["retrieve"], args].concat()));

@@ -146,7 +146,7 @@ fn a_second_run_does_not_start_blender() {
         // Other bands are traced for anew, on the bed that is there.
         let scene = shipped("small.json");
         let run = |more: &[&str]| -> Value {
-            let args = ["pipeline", "--scene", &scene, "--out", "other", "--json"];
+            let args = ["pipeline", "--scene", &scene, "--out", "other", "--json", "--patch-obj"];
             serde_json::from_str(&bed.place.run_with(&bed.blender, &[&args, more].concat()))
                 .expect("the record")
         };

@@ -173,7 +173,17 @@ fn where_materials_differ_in_temperature_eq_2_is_said_not_to_be_exact() {
     let text = fs::read_to_string(place.path("scene.json")).expect("a scene");
     let text = text.replace(r#"{"constant": 0.9}"#, r#"{"constant": 0.9}, "temperature_k": 310"#);
     fs::write(place.path("scene.json"), text).expect("written");
-    let args = ["trace", "scene.json", "--out", "t.json", "--tolerance", "0.02", "--range", "8-12"];
+    let args = [
+        "trace",
+        "scene.json",
+        "--out",
+        "t.json",
+        "--tolerance",
+        "0.02",
+        "--range",
+        "8-12",
+        "--verbose",
+    ];
     let (out, _) = place.run(&args, 0);
     let lines: Vec<&str> = out.lines().filter(|line| line.contains("Eq. 2")).collect();
     assert!(!lines.is_empty(), "{out}");
