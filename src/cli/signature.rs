@@ -79,8 +79,8 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         print(&terminal::blocks(&[scene], context.verbose))?;
         print(&format!("result in {}\n", path.display()))?;
     } else {
-        for remark in &report.reached.warnings {
-            eprintln!("warning: {remark}");
+        for warning in &report.reached.warnings {
+            eprintln!("warning: {warning}");
         }
         print(&csv)?;
     }
