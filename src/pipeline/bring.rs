@@ -5,12 +5,13 @@ use std::time::Duration;
 use super::{Bed, Run};
 use crate::beds::Order;
 use crate::beds::own_grains::OwnGrains;
+use crate::blender;
 use crate::scene::{Packing, Placed, Scene, SceneGeometry, Sides};
+use crate::spectrum;
 use crate::support::cache::Made;
 use crate::support::error::Error;
 use crate::support::random;
 use crate::table::Prepared;
-use crate::{blender, spectrum};
 
 impl Run<'_> {
     /// The beds that Blender drops, as placed geometry with the scene's materials and view.

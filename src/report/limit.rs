@@ -60,7 +60,7 @@ fn packings(r: &Reached, window: &Window, cost: Option<Cost>) -> String {
         return "a smaller --tolerance plans more of them".into();
     }
     let total = window.half_width_95;
-    let half = total - window.packings.unwrap_or(0.0) / 2.0;
+    let half = window.with(window.packings.unwrap_or(0.0) / 2.0, window.rays);
     let goal = if total > r.tolerance { half.max(r.tolerance) } else { half };
     // The rays of several beds together are traced to half of the tolerance at most.
     let rays = window.rays.min(r.tolerance / 2.0);
@@ -77,7 +77,7 @@ fn packings(r: &Reached, window: &Window, cost: Option<Cost>) -> String {
 
 /// The option that halves the noise of the rays, with four times the paths.
 fn rays(r: &Reached, window: &Window, cost: Option<Cost>) -> String {
-    let half_width = window.half_width_95 - window.rays / 2.0;
+    let half_width = window.with(window.packings.unwrap_or(0.0), window.rays / 2.0);
     let gives = gives(r, window, half_width, cost.map(|cost| 4.0 * cost.trace_s));
     match r.ended_by {
         StopReason::Paths => format!("--paths {} gives {gives}", 4 * r.paths),
@@ -169,7 +169,7 @@ mod tests {
     #[test]
     fn the_largest_part_is_named_with_its_own_remedy() {
         for (part, words) in [
-            ("rays", "--tolerance 0.0012 gives"),
+            ("rays", "--tolerance 0.0012 gives +- 0.251"),
             ("rim", "crop_um"),
             ("floor", "deeper bed"),
             ("given_up", "smaller --tolerance"),

@@ -130,8 +130,12 @@ impl Window {
     /// rays of this half-width.
     pub fn with_packings(&self, packings: usize, rays: f64) -> Option<f64> {
         let of_mean = self.packings_spread? / (packings as f64).sqrt();
-        let chance = (quantile_95(packings) * of_mean).hypot(rays);
-        Some(chance + self.rim.unwrap_or(0.0) + self.floor + self.given_up)
+        Some(self.with(quantile_95(packings) * of_mean, rays))
+    }
+
+    /// The half-width with other half-widths of packings and rays, and the same bounds.
+    pub fn with(&self, packings: f64, rays: f64) -> f64 {
+        packings.hypot(rays) + self.rim.unwrap_or(0.0) + self.floor + self.given_up
     }
 }
 

@@ -1,7 +1,5 @@
 //! What an image took, and how exact it is.
 
-use std::fmt::Write as _;
-
 use super::Asked;
 use super::pixel::Pixel;
 
@@ -57,31 +55,5 @@ impl Made {
 
     fn all(&self) -> f64 {
         (self.pixels[0] * self.pixels[1]) as f64
-    }
-
-    /// The statistics in sentences, for the terminal.
-    pub fn words(&self, asked: &Asked) -> String {
-        let [columns, lines] = self.pixels;
-        let mut text = format!(
-            "{columns} x {lines} pixels in {} bands; {:.0} paths a pixel; standard error in \
-             emissivity {:.4} (root mean square; {} asked), reached in {:.0} % of the pixels\n",
-            self.bands,
-            self.paths as f64 / self.all(),
-            self.noise,
-            asked.noise,
-            100.0 * self.reached,
-        );
-        if self.capped > 0.0 {
-            let _ = writeln!(
-                text,
-                "{:.0} pixels need more than the {} paths that a pixel may have (--max-paths)",
-                self.capped * self.all() * (1.0 - self.empty),
-                asked.max_paths
-            );
-        }
-        if self.empty > 0.0 {
-            let _ = writeln!(text, "{:.1} % of the pixels see nothing", 100.0 * self.empty);
-        }
-        text
     }
 }
