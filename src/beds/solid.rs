@@ -95,7 +95,8 @@ impl Solid {
 
     /// Each edge must have two faces that run along it in opposite directions.
     fn edge_fault(&self, edges: &BTreeMap<Edge, Vec<(bool, usize)>>) -> Option<String> {
-        let faults: [(&str, fn(&[(bool, usize)]) -> bool); 3] = [
+        type IsFault = fn(&[(bool, usize)]) -> bool;
+        let faults: [(&str, IsFault); 3] = [
             ("it is open: edges have a face on one side only", |faces| faces.len() == 1),
             ("more than two faces meet at an edge", |faces| faces.len() > 2),
             ("neighbouring faces look to opposite sides", |faces| faces[0].0 == faces[1].0),

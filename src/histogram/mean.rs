@@ -9,7 +9,7 @@ pub struct Mean {
     /// The mean. The unknown rest of paths given up counts with the middle of its range.
     pub mean: f64,
     /// Standard error of the mean, from the difference between the two nets. If some groups saw no
-    /// target it is inflated, so that [`T_95`] times it is still a 95 % interval.
+    /// target it is inflated, so that 2.12 times it is still a 95 % interval.
     pub standard_error: f64,
     /// Half of the range that paths given up leave open: a bound on the error of the mean.
     pub trapped: f64,

@@ -37,10 +37,10 @@ pub struct Share {
     pub floor: f64,
     /// What given-up paths leave open.
     pub given_up: f64,
-    /// Effect of hulls that keep fines apart: [`APART`] of the reflectance, not measured on these
+    /// Effect of hulls that keep fines apart: 3 % of the reflectance, not measured on these
     /// beds. `None` where fines touch, or there are none.
     pub apart: Option<f64>,
-    /// Effect of more or fewer facets on a grain: [`FACETS`] of the reflectance, not measured on
+    /// Effect of more or fewer facets on a grain: 2 % of the reflectance, not measured on
     /// these beds. `None` where the geometry is given.
     pub facets: Option<f64>,
     /// Error of linear interpolation half-way to the next band.
@@ -75,11 +75,11 @@ impl Origin {
 }
 
 /// Beds dropped as hulls reflect less by at most this share of their reflectance: measured on the
-/// shipped recipes (docs: geometry).
+/// shipped recipes (docs/measurements/packings.md).
 const APART: f64 = 0.03;
 
 /// Beds of grains with one rib fewer, three quarters of the facets, reflect less by up to this
-/// share of their reflectance (docs: geometry).
+/// share of their reflectance (docs/measurements/facets.md).
 const FACETS: f64 = 0.02;
 
 /// The budget of a result.

@@ -147,17 +147,15 @@ fn what_is_no_pure_bed_or_no_powder_is_refused() {
     let place = Place::new();
     let (mesh, grey) =
         (scene(&place, GROOVE, &json!({"spectrum": {"constant": 0.5}})), "grey.json");
-    place.run(&["trace", &mesh, "--out", grey], 0).0;
+    place.run(&["trace", &mesh, "--out", grey], 0);
     let shiny = scene(&place, GROOVE, &json!({"spectrum": {"constant": 0.5}, "specular": 0.5}));
-    place.run(&["trace", &shiny, "--out", "shiny.json"], 0).0;
+    place.run(&["trace", &shiny, "--out", "shiny.json"], 0);
     let angular = scene(&place, GROOVE, &json!({"spectrum": {"fresnel": "quartz"}}));
-    place.run(&["trace", &angular, "--out", "angular.json"], 0).0;
-    place
-        .run(
-            &["trace", &shipped("settled_patch.json"), "--out", "many.json", "--tolerance", "0.05"],
-            0,
-        )
-        .0;
+    place.run(&["trace", &angular, "--out", "angular.json"], 0);
+    place.run(
+        &["trace", &shipped("settled_patch.json"), "--out", "many.json", "--tolerance", "0.05"],
+        0,
+    );
     let inverted = |spectrum: Value, beds: &[&str]| {
         let source = json!({"inverted": {"spectrum": spectrum, "pure_bed": beds}});
         scene(&place, PLATE, &json!({"spectrum": source}))
@@ -195,7 +193,7 @@ fn bands_in_which_fresnel_grains_let_light_through_are_marked() {
     for (um, valid) in [(9.0, true), (8.6, true), (11.0, false), (11.5, false)] {
         assert_eq!(table.materials[0].is_valid(um), valid, "{um}");
     }
-    place.run(&["signature", "t.json", "--out", "s.csv", "--plot", "s.svg"], 0).0;
+    place.run(&["signature", "t.json", "--out", "s.csv", "--plot", "s.svg"], 0);
     let mut rows = csv::Reader::from_path(place.path("s.csv")).expect("a CSV file");
     let at =
         rows.headers().expect("headings").iter().position(|h| h == "valid").expect("the column");
@@ -212,12 +210,12 @@ fn bands_in_which_fresnel_grains_let_light_through_are_marked() {
     // Ten times larger it is opaque where it was not.
     let large = BOX.replace("300", "30000");
     fs::write(place.path("mesh.obj"), large).expect("written");
-    place.run(&["trace", &scene_file, "--out", "t.json"], 0).0;
+    place.run(&["trace", &scene_file, "--out", "t.json"], 0);
     let table = Table::read(&place.path("t.json")).expect("a table");
     assert!((750..=1400).all(|i| table.materials[0].is_valid(f64::from(i) / 100.0)));
     // Opaque or not, a grain of three wavelengths is no mirror.
     fs::write(place.path("mesh.obj"), BOX.replace("300", "40")).expect("written");
-    place.run(&["trace", &scene_file, "--out", "t.json"], 0).0;
+    place.run(&["trace", &scene_file, "--out", "t.json"], 0);
     let table = Table::read(&place.path("t.json")).expect("a table");
     assert!((750..=1400).all(|i| !table.materials[0].is_valid(f64::from(i) / 100.0)));
     // What has no inside is taken for the surface of something thick.
@@ -240,9 +238,10 @@ fn fresnel_facets_are_specular_unless_the_scene_says_otherwise() {
             material["specular"] = share.into();
         }
         let scene = scene(&place, GROOVE, &material);
-        place
-            .run(&["trace", &scene, "--out", "t.json", "--tolerance", "0.002", "--range", "9-9"], 0)
-            .0;
+        place.run(
+            &["trace", &scene, "--out", "t.json", "--tolerance", "0.002", "--range", "9-9"],
+            0,
+        );
         emissivity(&Table::read(&place.path("t.json")).expect("a table"), &[9.0])[0]
     };
     let quartz = Spectrum::fresnel("quartz").expect("shipped");

@@ -98,7 +98,8 @@ fn every_document_that_the_source_names_is_there() {
         for part in text.split("docs/").skip(1) {
             let end = part.find(|c: char| !(c.is_alphanumeric() || "_/.".contains(c)));
             let name = part[..end.unwrap_or(part.len())].trim_end_matches('.');
-            if name.ends_with(".md") && !root().join("docs").join(name).is_file() {
+            let is_page = Path::new(name).extension().is_some_and(|ending| ending == "md");
+            if is_page && !root().join("docs").join(name).is_file() {
                 missing.push(format!("{}: docs/{name}", path.display()));
             }
         }

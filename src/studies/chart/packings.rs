@@ -225,7 +225,7 @@ impl Maker<'_> {
     /// Traces a bed with the materials and the view of the recipe's scene.
     fn traced(&self, prepared: &Prepared, bed: &Path, seed: u64) -> Result<Table, Error> {
         let Scene { geometry, file, .. } = Scene::read(bed)?;
-        let placed = prepared.with(Scene { seed, geometry, file, ..prepared.scene.clone() });
+        let placed = prepared.with(Scene { file, seed, geometry, ..prepared.scene.clone() });
         let tracer = trace::tracer(&placed.scene)?;
         let request = Request::new(self.grid, Target::of(RAYS));
         trace::trace(&tracer, &placed, request, &Silently(self.monitor))

@@ -23,8 +23,10 @@ const STEP_PATHS: u64 = 4096;
 /// The tolerance of the rule that ends paths.
 const TOLERANCE: f64 = 0.002;
 
-/// The ways to trace the scene: name, power of two of the fewest paths, change of the rules.
-const LEVELS: [(&str, u32, fn(&mut TracingRules)); 6] = [
+/// A way to trace the scene: name, power of two of the fewest paths, change of the rules.
+type Level = (&'static str, u32, fn(&mut TracingRules));
+
+const LEVELS: [Level; 6] = [
     ("as shipped", 8, |_| ()),
     ("independent numbers", 8, |rules| rules.sampler = Sampler::Independent),
     ("up to 1 hit", 9, |rules| rules.most_hits = 1),

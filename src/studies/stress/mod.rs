@@ -53,7 +53,7 @@ pub struct Setting<'a> {
     pub monitor: &'a dyn Monitor,
 }
 
-impl<'a> Setting<'a> {
+impl Setting<'_> {
     /// The target of the rays of each point.
     fn target(&self) -> Target {
         Target { max_paths: 1 << 18, ..Target::of(if self.quick { 0.01 } else { 0.005 }) }
