@@ -163,6 +163,8 @@ fn limits_on_paths_and_time_leave_a_result_that_says_so() {
         assert!(out.contains(&format!("{half_width:.4}")), "{out}");
         assert!(half_width > 0.0002 && half_width < 0.1, "{half_width}");
         let remedy = out.lines().find(|line| line.contains(limit[0])).expect("a remedy");
+        // The rest depends on the speed of the machine.
+        let (remedy, _) = remedy.split_once(" gives ").expect("a forecast");
         said += &format!("{remedy}\n");
     }
     assert_snapshot!(said);
