@@ -109,7 +109,7 @@ pub use histogram::{Estimate, Histogram, Mean};
 #[cfg(feature = "netcdf")]
 pub use products::image;
 pub use scene::{Grid, Scene};
-pub use signature::budget::{Budget, Origin, Share};
+pub use signature::budget::{Budget, Share};
 pub use signature::{Band, csv_text, evaluate};
 pub use spectrum::Spectrum;
 pub use support::error::{Error, Failure, Status};

@@ -10,7 +10,6 @@ use crate::radiometry::{Atmosphere, SkyTable, Temperature};
 use crate::report::{self, Report, Retrieval, terminal};
 use crate::scene::Sky;
 use crate::signature;
-use crate::signature::budget::Origin;
 use crate::support::error::Error;
 use crate::support::output;
 use crate::table::Table;
@@ -68,9 +67,8 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let temperature =
         Temperature { error_k: args.assumptions.temperature_error, ..tables[0].temperature() };
     let assumed = args.assumptions.assumed();
-    let origin = Origin::of_tables(tables.len());
     let tolerance = tables[0].stop.asked.tolerance;
-    let report = Report::new(&tables, &grid.wavelengths_um(), origin, tolerance, None)?;
+    let report = Report::new(&tables, &grid.wavelengths_um(), tolerance, None)?;
     let bands = &report.bands;
     let csv = signature::csv_text(bands, temperature, assumed);
     if let Some(path) = &args.out {

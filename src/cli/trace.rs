@@ -6,7 +6,6 @@ use super::arguments::{Bands, Enough};
 use super::{Context, Outcome, print, print_json, usage};
 use crate::report::{Report, terminal};
 use crate::scene::Scene;
-use crate::signature::budget::Origin;
 use crate::support::monitor::Step;
 use crate::support::output;
 use crate::table::{Part, Prepared, Target};
@@ -83,7 +82,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     table.write(&args.out)?;
     output::remove(&partial)?;
     step.done(&format!("{} paths, {} hits", table.paths, table.hits));
-    let reached = Report::new(&[table], &um, Origin::Given, tolerance, None)?.reached;
+    let reached = Report::new(&[table], &um, tolerance, None)?.reached;
     if args.json {
         print_json(&reached)?;
     } else {

@@ -83,17 +83,6 @@ impl Bed {
         (min, max)
     }
 
-    /// The bed without this many of its lowest placements, by their middles. A dusty grain is one
-    /// placement.
-    #[must_use]
-    pub fn without_lowest(&self, number: usize) -> Self {
-        let mut placements = self.placements.clone();
-        let height = |place: &Placement| place.to_scene.translation.z;
-        placements.sort_by(|a, b| height(a).total_cmp(&height(b)));
-        placements.drain(..number.min(placements.len()));
-        Self { placements, ..self.clone() }
-    }
-
     /// Number of particles of the domain: those whose middle lies within its sides.
     pub fn particles(&self) -> u64 {
         let within = |place: &Placement| {

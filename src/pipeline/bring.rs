@@ -62,7 +62,7 @@ impl Run<'_> {
         self.folder.begin_to_write()?;
         let mut beds = Vec::new();
         for (i, made) in made.iter().enumerate() {
-            beds.push(self.bring_bed(i, made, prepared)?);
+            beds.push(self.bring_bed(i, made, prepared, packing)?);
         }
         let cached = made.iter().all(|made| made.cached);
         self.folder.end("drop", step, "Blender", cached);
@@ -75,6 +75,7 @@ impl Run<'_> {
         packing: usize,
         made: &Made,
         prepared: &Prepared,
+        recipe: &Packing,
     ) -> Result<Bed, Error> {
         let scene = &prepared.scene;
         for file in made.files.iter().filter(|file| *file != "scene.json") {
@@ -83,10 +84,11 @@ impl Run<'_> {
         let placed = Scene::read(&made.folder.join("scene.json"))?;
         let seed = random::seed_of(scene.seed, packing);
         let mut placed = Scene { geometry: placed.geometry, seed, ..scene.clone() };
-        if let (Some(particles), SceneGeometry::Placed(Placed { domain: Some(domain), .. })) =
-            (self.options.field, &mut placed.geometry)
-        {
-            domain.sides = Sides::Field { particles, seed: packing as u64 };
+        if let SceneGeometry::Placed(Placed { domain, origin, .. }) = &mut placed.geometry {
+            *origin = recipe.origin();
+            if let (Some(particles), Some(domain)) = (self.options.field, domain) {
+                domain.sides = Sides::Field { particles, seed: packing as u64 };
+            }
         }
         self.bring_files(packing, &mut placed)?;
         let name = self.of_packing(packing, "scene.json");

@@ -19,7 +19,6 @@ use crate::pipeline::record::Record;
 use crate::scene::shipped::{self, COVERAGES};
 use crate::scene::{Scene, SceneGeometry};
 use crate::signature::Band;
-use crate::signature::budget::Origin;
 use crate::signature::plan::PILOT;
 use crate::spectrum;
 use crate::support::cache::Cache;
@@ -195,19 +194,18 @@ impl<'a> Run<'a> {
         self.folder.keeps_inputs(&WRITTEN)?;
         let rays = self.folder.key("rays");
         self.folder.record.seeds.insert(rays, scene.seed);
-        let (mut beds, tables, plan, origin) = match &scene.geometry {
+        let (mut beds, tables, plan) = match &scene.geometry {
             SceneGeometry::Packing(packing) => {
                 let key = self.folder.key("packing");
                 self.folder.record.seeds.insert(key, packing.seed);
                 if self.options.packings == HowMany::Planned(Auto::Auto) {
                     let (beds, tables, plan) =
                         self.planned(&prepared, packing, library.as_ref())?;
-                    let origin = if plan.touching { Origin::Drawn } else { Origin::of(packing) };
-                    (beds, tables, Some(plan), origin)
+                    (beds, tables, Some(plan))
                 } else {
                     let mut beds = self.drop(&prepared, packing, library.as_ref())?;
                     let tables = self.trace(&mut beds)?;
-                    (beds, tables, None, Origin::of(packing))
+                    (beds, tables, None)
                 }
             }
             SceneGeometry::Placed(_) => {
@@ -224,10 +222,10 @@ impl<'a> Run<'a> {
                 }
                 let mut beds = vec![Bed { prepared, sources: Some(sources), tracer: None }];
                 let tables = self.trace(&mut beds)?;
-                (beds, tables, None, Origin::Given)
+                (beds, tables, None)
             }
         };
-        let report = self.signature(&scene, &tables, origin, plan)?;
+        let report = self.signature(&scene, &tables, plan)?;
         self.picture(&mut beds[0], &tables[0])?;
         self.folder.record.reached.insert(scene.name, report.reached);
         Ok((tables, report.bands))

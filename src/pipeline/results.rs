@@ -10,7 +10,6 @@ use crate::draw::plot::{self, Chart};
 use crate::radiometry::Assumed;
 use crate::report::{self, Report};
 use crate::scene::Scene;
-use crate::signature::budget::Origin;
 use crate::signature::plan::Plan;
 use crate::signature::{self, Band};
 use crate::support::cache::Made;
@@ -66,12 +65,11 @@ impl Run<'_> {
         &mut self,
         scene: &Scene,
         tables: &[Table],
-        origin: Origin,
         plan: Option<Plan>,
     ) -> Result<Report, Error> {
         let step = self.folder.begin("signature");
         let um = self.options.grid.wavelengths_um();
-        let report = Report::new(tables, &um, origin, self.options.tolerance, plan)?;
+        let report = Report::new(tables, &um, self.options.tolerance, plan)?;
         let bands = &report.bands;
         let csv = signature::csv_text(bands, tables[0].temperature(), Assumed::EXACT);
         self.folder.write("signature.csv", csv)?;

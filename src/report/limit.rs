@@ -70,7 +70,9 @@ fn packings(r: &Reached, window: &Window, cost: Option<Cost>) -> String {
         None => format!("{} packings do not halve that", estimate::MOST),
         Some((n, half_width)) => {
             let time = cost.map(|cost| cost.of_packings(r.packings, n));
-            format!("--packings {n} gives {}", gives(r, window, half_width, time))
+            // Only a run of the pipeline has a cost; others have no such option.
+            let command = if cost.is_some() { "" } else { "soilsig pipeline " };
+            format!("{command}--packings {n} gives {}", gives(r, window, half_width, time))
         }
     }
 }
@@ -158,7 +160,7 @@ mod tests {
         assert!(blocks(&[("sparse", &one, None)], true).lines().count() > 6);
         // A tolerance within reach ends it earlier.
         let loose = reached(|r| r["tolerance"] = 0.017.into());
-        assert!(line(&loose, None).expect("a line").contains("--packings 4 gives"));
+        assert!(line(&loose, None).expect("a line").contains("pipeline --packings 4 gives"));
         let planned = reached(|r| {
             r["plan"] = json!({"pilot": 6, "spread": 0.0099, "at_um": 9, "apart": 0,
                                "touching": false, "wanted": 6, "packings": 6});

@@ -31,7 +31,7 @@ pub use packing::{
     Collision, Cover, Drop, Dust, FineClass, Fines, FromLibrary, GrainClass, Packing, Shape,
     ShapeSource,
 };
-pub use placed::{Domain, Floor, Instance, Placed, Prototype, Sides, UpAxis};
+pub use placed::{Domain, Floor, Instance, Origin, Placed, Prototype, Sides, UpAxis};
 pub use sensor::{Noise, Optics, Sensor, SensorBands};
 pub use sky::{Sky, SkyPoint, SkyRadiance};
 pub use source::{Inverted, SpectrumSource};

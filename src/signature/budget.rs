@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::cells::{self, OfCells};
-use crate::scene::{Collision, Packing};
+use crate::scene::Origin;
 use crate::signature::{self, Band};
 use crate::spectrum::Spectrum;
 use crate::support::csv::{Csv, decimals};
@@ -49,31 +49,6 @@ pub struct Share {
     pub spectra: f64,
 }
 
-/// Where the geometry of a result comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Origin {
-    /// It is given.
-    Given,
-    /// Its beds are random draws of a recipe.
-    Drawn,
-    /// The same, and hulls keep the fines of neighbouring grains apart.
-    DrawnApart,
-}
-
-impl Origin {
-    /// Of tables whose recipe is not known: the geometry of a single one is taken as given.
-    pub fn of_tables(number: usize) -> Self {
-        if number > 1 { Self::Drawn } else { Self::Given }
-    }
-
-    /// Of beds of a recipe.
-    pub fn of(packing: &Packing) -> Self {
-        let dusted = packing.grains.iter().any(|class| !class.fines.is_none());
-        let hulls = packing.drop.collision == Collision::Hull;
-        if dusted && hulls { Self::DrawnApart } else { Self::Drawn }
-    }
-}
-
 /// Beds dropped as hulls reflect less by at most this share of their reflectance: measured on the
 /// shipped recipes (docs/measurements/packings.md).
 const APART: f64 = 0.03;
@@ -87,7 +62,7 @@ const FACETS: f64 = 0.02;
 pub struct Budget {
     /// The uncertainty of each band.
     pub bands: Vec<Share>,
-    /// Materials whose spectra come without an error.
+    /// Materials whose spectra have an error that is not, or not wholly, known.
     pub spectra_unknown: Vec<String>,
     /// Largest change of any band between a black and a white floor. `None` where there is no
     /// floor, or where something else is made of its material.
@@ -140,8 +115,9 @@ impl Chance {
 
 impl Budget {
     /// The budget of a signature.
-    pub fn new(packings: &[Table], bands: &[Band], origin: Origin) -> Result<Self, Error> {
+    pub fn new(packings: &[Table], bands: &[Band]) -> Result<Self, Error> {
         let table = &packings[0];
+        let origin = Table::origin_of(packings);
         let um: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
         let reflectances = table.reflectances(&um)?;
         let steps = steps(packings, &reflectances, &um)?;
@@ -273,7 +249,7 @@ fn spectra(
 ) -> Result<f64, Error> {
     let mut squares = 0.0;
     for (spectrum, materials) in sources {
-        let error = spectrum.error(um)?.unwrap_or(0.0);
+        let error = spectrum.error(um)?;
         if error > 0.0 {
             let [more, less] = [error, -error]
                 .map(|by| with(packings, reflectance, materials, |rho| (rho + by).clamp(0.0, 1.0)));

@@ -9,9 +9,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Band;
-use super::budget::{Budget, Chance, Origin, Share};
+use super::budget::{Budget, Chance, Share};
 use super::cells::{self, Cells, OfCells};
 use crate::histogram::{Estimate, Mean};
+use crate::scene::Origin;
 use crate::spectrum::features::{RESTSTRAHLEN_WINDOW_UM, TRANSPARENCY_WINDOW_UM, window_mean};
 use crate::support::error::Error;
 use crate::support::statistics::{T_95, quantile_95};
@@ -47,16 +48,12 @@ pub struct Window {
 
 impl Window {
     /// The windows of 8 to 9.5 um and 10 to 12 um that the bands cover, else one over all bands.
-    pub fn all(
-        packings: &[Table],
-        bands: &[Band],
-        budget: &Budget,
-        origin: Origin,
-    ) -> Result<Vec<Self>, Error> {
+    pub fn all(packings: &[Table], bands: &[Band], budget: &Budget) -> Result<Vec<Self>, Error> {
         let um: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
         let rho = packings[0].reflectances(&um)?;
         let curves = super::curves(packings, &um)?;
-        let cells = (origin != Origin::Given).then(|| cells::of_tables(packings)).flatten();
+        let is_drawn = Table::origin_of(packings) != Origin::Given;
+        let cells = is_drawn.then(|| cells::of_tables(packings)).flatten();
         let cells: Option<Vec<Vec<Cells>>> = cells.map(|beds| {
             beds.par_iter()
                 .map(|cells| rho.iter().map(|rho| cells.weight_of_groups(rho)).collect())

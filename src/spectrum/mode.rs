@@ -53,26 +53,24 @@ impl Spectrum {
         }
     }
 
-    /// Standard error of a facet's emissivity at a wavelength in um; `None` if it is unknown. For a
-    /// fit it is the root mean square error. For inverted facets it combines those of the powder
-    /// and of the pure bed.
-    pub fn error(&self, um: f64) -> Result<Option<f64>, SpectrumError> {
+    /// Standard error of a facet's emissivity at a wavelength in um, as far as it is
+    /// [known](Self::has_error): 0 where nothing is. For a fit it is the root mean square error.
+    /// For inverted facets it combines those of the powder and of the pure bed.
+    pub fn error(&self, um: f64) -> Result<f64, SpectrumError> {
         Ok(match self {
-            Self::Constant(_) => Some(0.0),
-            Self::Builtin(_, form) => Some(form.parameters.rms),
-            Self::Tabulated(_) | Self::Fresnel(..) => None,
+            Self::Builtin(_, form) => form.parameters.rms,
+            Self::Constant(_) | Self::Tabulated(_) | Self::Fresnel(..) => 0.0,
             Self::Inverted(powder, bed) => {
                 let reflectance = kirchhoff(powder.emissivity(um)?);
                 let facet = |rho: f64| bed.facet(rho.clamp(0.0, 1.0)).unwrap_or(1.0);
-                powder.error(um)?.map(|error| {
-                    let error = error.hypot(bed.standard_error);
-                    (facet(reflectance + error) - facet(reflectance - error)) / 2.0
-                })
+                let error = powder.error(um)?.hypot(bed.standard_error);
+                (facet(reflectance + error) - facet(reflectance - error)) / 2.0
             }
         })
     }
 
-    /// Whether its standard error is known.
+    /// Whether all of its standard error is known. A file states none; a pure bed's is known even
+    /// where that of its powder is not.
     pub fn has_error(&self) -> bool {
         match self {
             Self::Constant(_) | Self::Builtin(..) => true,

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::histogram::tally::{Outcomes, Tally};
 use crate::histogram::{Histogram, Mean};
 use crate::radiometry::{Atmosphere, SkyTable};
-use crate::scene::{Sky, View};
+use crate::scene::{Origin, Sky, View};
 use crate::spectrum::{Spectrum, SpectrumError};
 use crate::table::cover::Cover;
 use crate::table::field::FieldSummary;
@@ -67,6 +67,9 @@ pub struct Table {
     /// Index of the floor's material, if nothing else is made of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor: Option<usize>,
+    /// Where the geometry comes from.
+    #[serde(default, skip_serializing_if = "Origin::is_given")]
+    pub origin: Origin,
     /// The field that the bed is a patch of, if it is one of a field.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub field: Option<FieldSummary>,
@@ -135,6 +138,17 @@ impl Table {
         }
         self.histogram = Histogram::of(tally);
         self.cells = Histogram::by_cell(tally);
+    }
+
+    /// Where the geometry of several beds comes from. Beds that differ are draws.
+    ///
+    /// # Panics
+    /// Without a table.
+    pub fn origin_of(beds: &[Self]) -> Origin {
+        match beds[0].origin {
+            Origin::Given if beds.len() > 1 => Origin::Drawn,
+            origin => origin,
+        }
     }
 
     /// The counts as a tally, to which more can be added.

@@ -6,13 +6,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::geometry::{Bed, Mesh, Placement, cross};
-use crate::scene::Sides;
+use crate::scene::{Origin, Sides};
 use crate::support::random::{Purpose, Source};
 use crate::table::warning::Warning;
 use crate::tracer::Tracer;
 
-/// A patch narrower than this many of its largest bodies gives a warning.
-const LEAST_WIDTHS: f64 = 3.0;
+/// A given patch narrower than this many of its largest bodies gives a warning. How much the beds of
+/// a recipe differ is part of their budget.
+const LEAST_WIDTHS: f64 = 1.0;
 
 /// Share of the facets that are too fine, or within other solids, that gives a warning. Some narrow
 /// facets do no harm, and grains of a drop press a little into each other.
@@ -29,7 +30,7 @@ const NOTABLY_CURVED: f64 = 0.003;
 const PROBES: u64 = 1 << 12;
 
 /// The warnings of a bed: of each kind the worst.
-pub(super) fn of_bed(tracer: &Tracer, longest_um: f64, seed: u64) -> Vec<Warning> {
+pub(super) fn of_bed(tracer: &Tracer, origin: Origin, longest_um: f64, seed: u64) -> Vec<Warning> {
     let bed = tracer.bed();
     let placed: BTreeSet<usize> = bed.placements.iter().map(|place| place.mesh).collect();
     let worst = |of: &dyn Fn(&Mesh) -> f64, limit: f64| {
@@ -73,7 +74,7 @@ pub(super) fn of_bed(tracer: &Tracer, longest_um: f64, seed: u64) -> Vec<Warning
     let is_one =
         |body: &&Body| body.mesh.closed && (bodies.len() > 1 || body.mesh.particles.len() == 1);
     let widths = width / bodies.iter().filter(is_one).map(Body::size_um).fold(0.0, f64::max);
-    if widths < LEAST_WIDTHS {
+    if origin == Origin::Given && widths < LEAST_WIDTHS {
         warnings.push(Warning::NarrowPatch { widths });
     }
     warnings

@@ -41,7 +41,8 @@ pub struct TracingRules {
 }
 
 impl TracingRules {
-    /// The rules of a scene. They record the least that it needs, and give up no path for its weight.
+    /// The rules of a scene. They record the least that it needs, and give up no path for its
+    /// weight.
     pub fn new(prepared: &Prepared) -> Self {
         let of =
             |m: &TableMaterial| Facet { specular: m.specular, by_angle: m.spectrum.is_angular() };
@@ -52,8 +53,8 @@ impl TracingRules {
         Self { kept, facets, sampler, most_hits: MOST_HITS, greatest, least_weight: 0.0 }
     }
 
-    /// Gives up paths whose weight is below `least_weight` in each of the bands, which are given as one
-    /// reflectance for each symbol.
+    /// Gives up paths whose weight is below `least_weight` in each of the bands, which are given as
+    /// one reflectance for each symbol.
     #[must_use]
     pub fn ending_below(mut self, least_weight: f64, bands: &[Vec<f64>]) -> Self {
         for (symbol, greatest) in self.greatest.iter_mut().enumerate() {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::geometry::ingest::Sources;
 use crate::histogram::Histogram;
-use crate::scene::{Grid, Scene};
+use crate::scene::{Grid, Origin, Scene, SceneGeometry};
 use crate::support::error::Error;
 use crate::support::monitor::Monitor;
 use crate::table::cover::Cover;
@@ -40,6 +40,10 @@ pub(crate) fn untraced(tracer: &Tracer, prepared: &Prepared, stop: Stop) -> Resu
     for (material, chord) in materials.iter_mut().zip(tracer.bed().mean_chords_um()) {
         material.mean_chord_um = chord;
     }
+    let origin = match &scene.geometry {
+        SceneGeometry::Placed(placed) => placed.origin,
+        SceneGeometry::Packing(_) => Origin::Given,
+    };
     let longest_um = stop.asked.grid.range_um().1;
     Ok(Table {
         soilsig_table: table::FORMAT,
@@ -58,6 +62,7 @@ pub(crate) fn untraced(tracer: &Tracer, prepared: &Prepared, stop: Stop) -> Resu
         materials,
         stop,
         floor: floor_alone(tracer),
+        origin,
         field: FieldSummary::of(tracer.bed()),
         numbers: [0, 0],
         paths: 0,
@@ -66,7 +71,7 @@ pub(crate) fn untraced(tracer: &Tracer, prepared: &Prepared, stop: Stop) -> Resu
         hits: 0,
         inside: Vec::new(),
         coverage: coverage(tracer, scene),
-        warnings: bed_warnings::of_bed(tracer, longest_um, scene.seed),
+        warnings: bed_warnings::of_bed(tracer, origin, longest_um, scene.seed),
         histogram: Histogram::empty(prepared.kept),
         cells: None,
     })
@@ -79,7 +84,8 @@ pub struct Request<'a> {
     pub grid: &'a Grid,
     /// What to reach, and what at most to spend.
     pub target: Target,
-    /// File in which an interrupted trace leaves its paths. A trace of the same scene goes on from it.
+    /// File in which an interrupted trace leaves its paths. A trace of the same scene goes on from
+    /// it.
     pub partial: Option<&'a Path>,
     /// What the monitor is told is traced.
     pub what: &'a str,

@@ -1,5 +1,5 @@
-//! Traces until the target is reached: a pilot estimates how many paths the tolerance needs, and the
-//! result is traced with paths of its own.
+//! Traces until the target is reached: a pilot estimates how many paths the tolerance needs, and
+//! the result is traced with paths of its own.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};

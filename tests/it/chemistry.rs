@@ -1,5 +1,5 @@
-//! Where facets have their reflectance from: what `inverted` gives back, where `fresnel` does not hold, what is refused, and
-//! what a result says of all that.
+//! Where facets have their reflectance from: what `inverted` gives back, where `fresnel` does not
+//! hold, what is refused, and what a result says of all that.
 
 use std::fs;
 
@@ -103,7 +103,8 @@ fn the_shipped_pure_bed_is_one_and_denser_than_a_random_bed_of_spheres() {
     let Spectrum::Inverted(_, bed) = inverted(0.5) else { panic!("inverted") };
     let sum: f64 = bed.escaped.iter().chain(&bed.given_up).sum();
     assert!((sum - 1.0).abs() < 1e-9 && bed.standard_error < 0.01, "{sum} {}", bed.standard_error);
-    // Random beds of Lambertian spheres, volume fraction .33, from a computation of its own: looser, and so more emissive.
+    // Random beds of Lambertian spheres, volume fraction .33, from a computation of its own:
+    // looser, and so more emissive.
     for (facet, of_spheres) in
         [(0.371, 0.649), (0.5, 0.736), (0.76, 0.883), (0.858, 0.932), (0.95, 0.977)]
     {
@@ -189,7 +190,8 @@ fn bands_in_which_fresnel_grains_let_light_through_are_marked() {
     let table = Table::read(&place.path("t.json")).expect("a table");
     let chord_um = table.materials[0].mean_chord_um.expect("a closed box");
     assert!((chord_um - 200.0).abs() < 1e-9, "{chord_um}");
-    // exp(-4 pi k chord / wavelength), by the constants' k: .0402 and .0335 at 10 um, .0087 and .0082 at 11 um.
+    // exp(-4 pi k chord / wavelength), by the constants' k: .0402 and .0335 at 10 um, .0087 and
+    // .0082 at 11 um.
     for (um, valid) in [(9.0, true), (8.6, true), (11.0, false), (11.5, false)] {
         assert_eq!(table.materials[0].is_valid(um), valid, "{um}");
     }

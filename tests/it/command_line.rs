@@ -163,7 +163,8 @@ fn what_lies_beyond_a_kilometre_and_beds_of_other_sides_are_refused() {
     assert_snapshot!(told);
 }
 
-/// At 80 degrees a sky of 250 K at 60 and 290 K at 90 degrees changes by 1.6 % of a black body's radiance in half a degree.
+/// At 80 degrees a sky of 250 K at 60 and 290 K at 90 degrees changes by 1.6 % of a black body's
+/// radiance in half a degree.
 #[test]
 fn mirrors_under_a_sky_of_degrees_are_told_how_well_they_are_known() {
     let place = Place::new();

@@ -92,8 +92,8 @@ fn faces_keep_their_materials_whatever_these_are_called() {
     assert_snapshot!(message(&error, error.hint()));
 }
 
-/// Mitsuba looks along z with x to the left: what turns its axes into the scene's is no mirror. And it is least exact far from the
-/// origin: the domain's middle stands there.
+/// Mitsuba looks along z with x to the left: what turns its axes into the scene's is no mirror. And
+/// it is least exact far from the origin: the domain's middle stands there.
 #[test]
 fn mitsubas_picture_is_not_mirrored_and_its_scene_is_about_the_origin() {
     let folder = tempfile::tempdir().expect("a temporary folder");

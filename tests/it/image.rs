@@ -1,4 +1,5 @@
-//! Images: what pixels see, how sure they are, and that nothing but the scene and the seed decides it.
+//! Images: what pixels see, how sure they are, and that nothing but the scene and the seed decides
+//! it.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

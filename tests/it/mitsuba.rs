@@ -1,8 +1,8 @@
-//! The shipped patch as `soilsig export` writes it, in Mitsuba 3: the same rays from the sensor into the same meshes, by a
-//! renderer of others.
+//! The shipped patch as `soilsig export` writes it, in Mitsuba 3: the same rays from the sensor
+//! into the same meshes, by a renderer of others.
 //!
-//! Sides are open: Mitsuba knows no mirrors that let the sensor in. The sensor sees the domain, and the bed beyond
-//! it stands.
+//! Sides are open: Mitsuba knows no mirrors that let the sensor in. The sensor sees the domain, and
+//! the bed beyond it stands.
 
 use std::fs;
 use std::io::Write as _;

@@ -1,6 +1,7 @@
 //! The pages of docs/reference are made from the schemas and the lists of columns in the code.
 //!
-//! `SOILSIG_WRITE_REFERENCE=1 cargo test --test it reference` writes them anew; else they must be as they are written.
+//! `SOILSIG_WRITE_REFERENCE=1 cargo test --test it reference` writes them anew; else they must be
+//! as they are written.
 
 use std::fmt::Write as _;
 use std::fs;

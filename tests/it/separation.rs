@@ -1,4 +1,5 @@
-//! Temperature-emissivity separation on quartz: what each method reaches, and where it has to say that it cannot.
+//! Temperature-emissivity separation on quartz: what each method reaches, and where it has to say
+//! that it cannot.
 
 use std::collections::BTreeSet;
 

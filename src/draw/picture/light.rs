@@ -1,7 +1,7 @@
 //! The light of sun and sky on each piece of surface.
 //!
-//! The sky is many directions evenly over the upper hemisphere, the sun one more. Depth buffers tell
-//! what each direction lights, as they do for the camera.
+//! The sky is many directions evenly over the upper hemisphere, the sun one more. Depth buffers
+//! tell what each direction lights, as they do for the camera.
 
 use glam::{Affine3A, DVec3, Vec3, Vec3A};
 use rayon::prelude::*;

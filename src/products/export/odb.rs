@@ -12,8 +12,8 @@ use glam::{DAffine3, DMat3, DVec3, EulerRot};
 
 use crate::geometry::ingest::obj::ObjFile;
 use crate::scene::{
-    FORMAT, Instance, Material, Placed, Prototype, Scene, SceneGeometry, SpectrumSource, UpAxis,
-    View,
+    FORMAT, Instance, Material, Origin, Placed, Prototype, Scene, SceneGeometry, SpectrumSource,
+    UpAxis, View,
 };
 use crate::support::error::Failure;
 use crate::support::file_error::FileError;
@@ -191,6 +191,7 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
             prototypes,
             instances: Some(instances),
             domain: None,
+            origin: Origin::Given,
         }),
     };
     Ok((scene, left_out))

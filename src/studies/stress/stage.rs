@@ -6,7 +6,6 @@ use super::{Point, Setting, Shape};
 use crate::report::{Report, terminal};
 use crate::scene::{Grid, Scene};
 use crate::signature::Band;
-use crate::signature::budget::Origin;
 use crate::support::error::{Error, Status};
 use crate::support::monitor::Monitor;
 use crate::support::output;
@@ -94,7 +93,7 @@ impl<'a> Stage<'a> {
             Ok(table) => [table],
         };
         let um = self.grid.wavelengths_um();
-        let report = Report::new(&tables, &um, Origin::of_tables(1), self.target.tolerance, None)?;
+        let report = Report::new(&tables, &um, self.target.tolerance, None)?;
         let Report { bands, reached, .. } = report;
         let said = terminal::blocks(&[("", &reached, None)], true);
         let said = said.lines().map(|line| line.trim().to_owned()).collect();
