@@ -36,7 +36,7 @@ impl Cube {
         let count = |key| header.count(key, None);
         let (lines, samples, bands) = (count("lines")?, count("samples")?, count("bands")?);
         let numbers = header.data([lines, samples, bands])?;
-        let bands_um = bands_um(&header, bands)?;
+        let bands_um = bands_um(&header, bands, None)?;
         // Steps in the file from one band, line and sample to the next.
         let steps = match header.get("interleave").unwrap_or("bsq").to_lowercase().as_str() {
             "bsq" => [lines * samples, samples, 1],
