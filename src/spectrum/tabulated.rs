@@ -10,7 +10,7 @@ use crate::support::file_error::FileError;
 use crate::support::linear::{OutOfRange, ends, interpolate, rounded_within, span};
 
 /// Wavelengths that spectra are likely to have, um.
-const LIKELY_UM: [f64; 2] = [0.1, 1000.0];
+pub(super) const LIKELY_UM: [f64; 2] = [0.1, 1000.0];
 
 /// A spectrum as points, with straight lines between them.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -45,7 +45,7 @@ pub enum Warning {
     AngularWeights,
     /// The step is 100 cm-1, as in DIRSIG's old files.
     Coarse,
-    /// All wavelengths are outside 0.1 to 1000 um: perhaps the unit is another.
+    /// Wavelengths are outside 0.1 to 1000 um: perhaps the unit is another.
     UnlikelyWavelengths(String),
     /// It is the mean of so many curves.
     MeanOf(usize),
@@ -87,7 +87,7 @@ impl fmt::Display for Warning {
             ),
             Self::UnlikelyWavelengths(range) => write!(
                 f,
-                "all wavelengths are within {range} um: if the unit is another, write it into the \
+                "the wavelengths are {range} um: if the unit is another, write it into the \
                  heading or give `soilsig spectra convert` the option --unit"
             ),
             Self::MeanOf(curves) => write!(

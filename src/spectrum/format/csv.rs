@@ -6,7 +6,8 @@ use super::dialect::Dialect;
 use super::words::{self, Column, Said};
 use super::{Reading, Tabulated, Unit, settled, text, unclear, wrong};
 use crate::spectrum::SpectrumError;
-use crate::spectrum::tabulated::{Row, Warning};
+use crate::spectrum::tabulated::{LIKELY_UM, Row, Warning};
+use crate::support::linear::span;
 
 /// Marks of comments.
 const COMMENTS: [&str; 4] = ["#", "%", "!", "//"];
@@ -44,10 +45,11 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
     };
     let above = Above::new(lines().take_while(|(i, _)| *i < first).collect(), dialect, count);
     let columns = above.columns(path, reading, count, first)?;
-    let unit = match reading.unit.or(columns.unit) {
-        Some(unit) => unit,
-        None => above.unit(path)?.unwrap_or(Unit::Micrometre),
+    let stated = match reading.unit.or(columns.unit) {
+        None => above.unit(path)?,
+        stated => stated,
     };
+    let unit = stated.unwrap_or(Unit::Micrometre);
     let said = above.said(path, reading, &columns)?;
     let quantity = settled(path, reading, said)?;
     let mut rows = Vec::new();
@@ -65,11 +67,16 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
         };
         rows.push(Row { line: i as u64, um: unit.um(x), value: super::unless_deleted(value) });
     }
-    let stated = reading.quantity.is_none() && quantity.is_percent();
-    if stated && rows.iter().filter_map(|row| row.value).all(|value| value.abs() <= 1.0) {
+    let says_percent = reading.quantity.is_none() && quantity.is_percent();
+    if says_percent && rows.iter().filter_map(|row| row.value).all(|value| value.abs() <= 1.0) {
         return Err(unclear(path, "the heading says percent, but no value is above 1"));
     }
+    let longest = rows.iter().map(|row| row.um).fold(0.0, f64::max);
     let mut spectrum = Tabulated::of_rows(path, rows, quantity, reading.range_um)?;
+    if stated.is_none() && longest > LIKELY_UM[1] && spectrum.warnings.is_empty() {
+        let held_um = span(spectrum.range_um());
+        spectrum.warnings.push(Warning::UnlikelyWavelengths(held_um));
+    }
     let bidirectional = above.lines.iter().find(|(_, line)| words::is_bidirectional(line));
     if let Some((_, line)) = bidirectional.filter(|_| quantity.is_reflectance()) {
         spectrum.warnings.push(Warning::Bidirectional(bare(line).to_owned()));
@@ -245,7 +252,10 @@ impl<'a> Above<'a> {
                 prose.push((said, line.to_owned()));
             }
         }
-        let all_same = |all: &[(Said, String)]| all.windows(2).all(|pair| pair[0].0 == pair[1].0);
+        let all_same = |all: &[(Said, String)]| {
+            all.windows(2).all(|pair| pair[0].0 == pair[1].0)
+                && all.iter().all(|(said, _)| *said != Said::Both)
+        };
         let several = || unclear(path, "lines above the numbers name several quantities");
         stated.extend(in_heading);
         if !all_same(&stated) {
@@ -257,8 +267,11 @@ impl<'a> Above<'a> {
         if !all_same(&prose) {
             return Err(several());
         }
-        let has_heading =
-            self.lines.iter().any(|(_, line)| !COMMENTS.iter().any(|mark| line.starts_with(mark)));
+        let has_heading = self.heading.is_some()
+            || self
+                .lines
+                .iter()
+                .any(|(_, line)| !COMMENTS.iter().any(|mark| line.starts_with(mark)));
         match prose.into_iter().next() {
             None if has_heading => Err(unclear(
                 path,

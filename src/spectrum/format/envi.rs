@@ -76,7 +76,7 @@ fn quantity(header: &Header, reading: &Reading) -> Result<Quantity, SpectrumErro
     }
     match said {
         Some(Said::Quantity(quantity)) => Ok(quantity),
-        Some(Said::Transmission | Said::Absorbance) => {
+        Some(Said::Transmission | Said::Absorbance | Said::Both) => {
             refuse_no_emissivity(&header.path, labels[1]).and_then(|()| {
                 Err(unclear(&header.path, "the description does not say what the values are"))
             })
@@ -103,6 +103,8 @@ pub(super) fn write(
         size: [wavelengths_um.len(), curves.len(), 1],
         names: &names,
         wavelengths_um,
+        widths_um: &[],
+        is_bad: &[],
     };
     Ok(envi::write(path, &contents, &data)?)
 }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use super::words::{self, Said};
-use super::{Quantity, Reading, Tabulated, Unit, settled, text, unclear, unclear_unit, wrong};
+use super::{Reading, Tabulated, Unit, settled, text, unclear, unclear_unit, wrong};
 use crate::spectrum::SpectrumError;
 use crate::spectrum::tabulated::{Row, Warning};
 use crate::support::file_error::FileError;
@@ -14,7 +14,7 @@ use crate::support::file_error::FileError;
 pub(super) fn is_one(text: &str) -> bool {
     let mut lines = text.lines().filter(|line| !line.trim().is_empty());
     let begins = lines.next().and_then(record).is_some();
-    let of_it = ["JCAMPDX", "JCAMP", "XYDATA", "XYPOINTS", "YUNITS", "NTUPLES", "PEAKTABLE"];
+    let of_it = ["JCAMPDX", "JCAMP", "XYDATA", "XYPOINTS", "NTUPLES", "PEAKTABLE"];
     begins && text.lines().filter_map(record).any(|(label, _)| of_it.contains(&label.as_str()))
 }
 
@@ -125,7 +125,7 @@ impl Block<'_> {
         let rows = points.into_iter().map(row).collect();
         let mut spectrum = Tabulated::of_rows(path, rows, quantity, reading.range_um)?;
         spectrum.name = self.get("TITLE").map(|(_, title)| title.to_owned());
-        if quantity != Quantity::Emissivity {
+        if quantity.is_reflectance() {
             spectrum.warnings.push(Warning::GeometryNotStated);
         }
         Ok(spectrum)
@@ -296,7 +296,7 @@ fn numbers(line: &str) -> Result<Vec<Packed>, String> {
         let is_exponent = |at: usize| {
             packed.is_none()
                 && matches!(bytes[at], b'E' | b'e')
-                && bytes.get(at + 1).is_some_and(|b| b.is_ascii_digit() || b"+-".contains(b))
+                && bytes.get(at + 1).is_some_and(|b| b"+-".contains(b))
         };
         let mut end = 0;
         while end < bytes.len() {

@@ -71,7 +71,7 @@ impl Format {
             Self::Ecostress
         } else if jcamp::is_one(&text) {
             Self::Jcamp
-        } else if usgs::is_title(first) || usgs::is_of_version_6(first) {
+        } else if usgs::is_title(first) || usgs::is_of_version_6(&text) {
             Self::Usgs
         } else {
             Self::Csv
@@ -200,6 +200,9 @@ fn settled(
         (Some(quantity), _) | (None, Some((Said::Quantity(quantity), _))) => Ok(quantity),
         (None, Some((Said::Transmission, said))) => Err(SpectrumError::Transmission { path, said }),
         (None, Some((Said::Absorbance, said))) => Err(SpectrumError::Absorbance { path, said }),
+        (None, Some((Said::Both, _))) => {
+            Err(unclear(&path, "it names emissivity and reflectance: which of them is not clear"))
+        }
         (None, None) => Ok(Quantity::Emissivity),
     }
 }

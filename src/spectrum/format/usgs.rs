@@ -3,10 +3,7 @@
 
 use std::path::Path;
 
-use super::{
-    Quantity, Reading, Row, Tabulated, Unit, number, refuse_no_emissivity, text, unless_deleted,
-    wrong,
-};
+use super::{Quantity, Reading, Row, Tabulated, Unit, number, text, unless_deleted, wrong};
 use crate::spectrum::SpectrumError;
 use crate::spectrum::tabulated::Warning;
 use crate::support::file_error::FileError;
@@ -18,10 +15,17 @@ pub(super) fn is_title(line: &str) -> bool {
     record.is_some_and(|rest| rest.trim_start().starts_with(|c: char| c.is_ascii_digit()))
 }
 
-/// Whether a first line is that of version 6 or an earlier one.
-pub(super) fn is_of_version_6(line: &str) -> bool {
-    let line = line.to_lowercase();
-    line.contains("usgs") && line.contains("spectral library")
+/// Whether a file is of version 6 or an earlier one.
+pub(super) fn is_of_version_6(text: &str) -> bool {
+    let first = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
+    let first = first.to_lowercase();
+    let is_named = first.contains("usgs") && first.contains("spectral library");
+    is_named && text.lines().any(|line| is_rule(line.trim()))
+}
+
+/// The line above a title.
+fn is_rule(line: &str) -> bool {
+    line.len() > 9 && line.chars().all(|c| c == '-')
 }
 
 pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, SpectrumError> {
@@ -32,7 +36,7 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
     } else {
         of_version_6(path, &text, reading)?
     };
-    refuse_no_emissivity(path, &name)?;
+    refuse_transmission(path, &name)?;
     let quantity = reading.quantity.unwrap_or(Quantity::Reflectance);
     let mut spectrum = Tabulated::of_rows(path, rows, quantity, reading.range_um)?;
     spectrum.name = Some(name.split_whitespace().collect::<Vec<_>>().join(" "));
@@ -42,6 +46,16 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
     Ok(spectrum)
 }
 
+/// The code of a measurement is the last word of a title: AREF and RREF are reflectances.
+fn refuse_transmission(path: &Path, title: &str) -> Result<(), SpectrumError> {
+    let is_code = |word: &str| word.eq_ignore_ascii_case("TRAN");
+    if title.split_whitespace().any(is_code) || title.to_lowercase().contains("transmi") {
+        let (path, said) = (path.to_owned(), title.trim().to_owned());
+        return Err(SpectrumError::Transmission { path, said });
+    }
+    Ok(())
+}
+
 fn of_version_7(
     path: &Path,
     text: &str,
@@ -49,7 +63,7 @@ fn of_version_7(
 ) -> Result<(String, Vec<Row>), SpectrumError> {
     let (title, values) = column(path, text)?;
     let name = title.split_once(": ").map_or(title.as_str(), |(_, name)| name);
-    refuse_no_emissivity(path, name)?;
+    refuse_transmission(path, name)?;
     let lower = name.to_lowercase();
     // Files of the library that lie beside its spectra.
     if ["error", "bandpass", "fwhm", "wavelength"].iter().any(|word| lower.contains(word)) {
@@ -108,10 +122,7 @@ fn of_version_6(
 ) -> Result<(String, Vec<Row>), SpectrumError> {
     let lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
     let mut lines = lines.filter(|(_, line)| !line.is_empty());
-    let is_rule = |line: &str| line.len() > 9 && line.chars().all(|c| c == '-');
-    if !lines.by_ref().any(|(_, line)| is_rule(line)) {
-        return Err(FileError::wrong(path, "there is no line of dashes above the title").into());
-    }
+    let _above = lines.by_ref().find(|(_, line)| is_rule(line));
     let name = lines.next().map_or_else(String::new, |(_, title)| title.to_owned());
     let unit = reading.unit.unwrap_or(Unit::Micrometre);
     let mut rows = Vec::new();

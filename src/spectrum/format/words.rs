@@ -83,6 +83,8 @@ pub(super) enum Said {
     Transmission,
     /// It may be of a transmittance or of a reflectance.
     Absorbance,
+    /// Emissivity and reflectance.
+    Both,
 }
 
 /// What a column's heading says.
@@ -162,7 +164,7 @@ const REFLECTANCE: [&str; 10] = [
 ];
 const REFLECTANCE_SYMBOLS: [&str; 10] =
     ["refl", "r", "dhr", "hdr", "drf", "hdrf", "hhr", "dhrf", "rho", "\u{3c1}"];
-const TRANSMISSION: [&str; 5] = ["transm", "transit", "trasm", "durchlass", "transparen"];
+const TRANSMISSION: [&str; 5] = ["transm", "transitt", "trasm", "durchlass", "transparen"];
 const TRANSMISSION_SYMBOLS: [&str; 3] = ["tran", "trans", "tau"];
 const ABSORBANCE: [&str; 4] = ["absorb", "absorpti", "extinc", "extinktion"];
 const ABSORBANCE_SYMBOLS: [&str; 2] = ["abs", "od"];
@@ -219,10 +221,12 @@ pub(super) fn column(text: &str) -> Column {
     {
         return Column::Wavelength(Unit::named(text));
     }
-    if tokens.iter().any(|token| ERRORS.contains(&token.word)) {
+    let is_error = |word: &str| ERRORS.contains(&word) || word.starts_with("standarddev");
+    if tokens.iter().any(|token| is_error(token.word)) {
         return Column::Errors;
     }
-    said(text, true).map_or(Column::Unknown, Column::Values)
+    let said = said(text, true).filter(|said| *said != Said::Both);
+    said.map_or(Column::Unknown, Column::Values)
 }
 
 /// Whether a line of prose speaks of wavelengths or wavenumbers.
@@ -263,7 +267,8 @@ pub(super) fn said(text: &str, with_symbols: bool) -> Option<Said> {
             (true, false) => Quantity::Emissivity,
             (false, true) if is_percent => Quantity::ReflectancePercent,
             (false, true) => Quantity::Reflectance,
-            _ => return None,
+            (true, true) => return Some(Said::Both),
+            (false, false) => return None,
         };
     Some(Said::Quantity(quantity))
 }

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 pub(crate) use header::Header;
-pub(crate) use write::{Contents, Image, Kind, write};
+pub(crate) use write::{Contents, Image, Kind, band_names, write};
 
 /// Endings of files that may lie beside a header and are no data.
 const NO_DATA: [&str; 9] = ["hdr", "txt", "png", "jpg", "csv", "json", "xml", "enp", "sta"];
