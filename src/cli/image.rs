@@ -120,6 +120,7 @@ fn lines(made: &Made, asked: &Asked, with_details: bool) -> Vec<String> {
     if made.empty > 0.0 {
         text.push(format!("warning: {:.1} % of the pixels see nothing", 100.0 * made.empty));
     }
+    text.extend(made.warnings.iter().map(|warning| format!("warning: {warning}")));
     if with_details {
         let paths = made.paths as f64 / pixels;
         text.push(format!("{} bands; {paths:.0} paths per pixel", made.bands));

@@ -35,7 +35,8 @@ pub struct Args {
     /// Atmosphere between target and sensor: a CSV file
     #[arg(long, value_name = "FILE")]
     atmosphere: Option<PathBuf>,
-    /// Standard error of the radiance, W m-2 sr-1 um-1, or an image of it
+    /// Standard error of the radiance, W m-2 sr-1 um-1, or an image of it [default: the file's own,
+    /// or the image beside it]
     #[arg(long, value_name = "L|FILE")]
     radiance_error: Option<String>,
     #[command(flatten)]
@@ -110,10 +111,15 @@ fn of_image(
     if ending(out) != "img" {
         usage(&format!("{}: images are written as .img, with their .hdr beside", out.display()));
     }
-    output::keeps(read, retrieve::Image::files(out))?;
+    let beside = retrieve::Image::errors_beside(&args.radiance);
+    let beside = beside.filter(|_| args.radiance_error.is_none());
+    let of_errors = beside.iter().flat_map(|errors| Cube::files(errors));
+    output::keeps(read.into_iter().chain(of_errors), retrieve::Image::files(out))?;
     let cube = Cube::read(&args.radiance)?;
-    let error = match args.radiance_error.as_deref().map(|text| (text, one_error(text))) {
-        None => RadianceError::One(0.0),
+    let given = args.radiance_error.as_deref().map(|text| (text, one_error(text)));
+    let beside = beside.as_ref().map(|path| path.display().to_string());
+    let error = match given.or(beside.as_deref().map(|path| (path, None))) {
+        None => RadianceError::Unknown,
         Some((_, Some(error))) => RadianceError::One(error),
         Some((text, None)) => {
             let errors = Cube::read(Path::new(text))?;
@@ -130,6 +136,9 @@ fn of_image(
     let (lines, samples, bands) = (cube.lines, cube.samples, cube.wavelengths_um.len());
     print(&format!("emissivity of {samples} x {lines} pixels in {bands} bands\n"))?;
     print(&format!("result in {}\n", out.display()))?;
+    if let Some(beside) = beside {
+        eprintln!("the standard error of the radiance is that of {beside}");
+    }
     eprint!("{}", image.statement);
     Ok(())
 }

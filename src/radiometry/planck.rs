@@ -24,11 +24,15 @@ pub fn planck_derivative(wavelength_um: f64, temperature_k: f64) -> f64 {
     planck(wavelength_um, temperature_k) * x / temperature_k / -(-x).exp_m1()
 }
 
+/// Radiances below this share of 2 h c^2 / wavelength^5 have no brightness temperature: their own
+/// derivative is too small for a number.
+const FAINTEST: f64 = 1e-300;
+
 /// The temperature of a black body of this radiance, K: the inverse of [`planck`]. `None` for a
-/// radiance that is not finite and above 0.
+/// radiance that is not finite and above 0, or too faint for any body above some 20 K at 1 um.
 pub fn brightness_temperature_k(wavelength_um: f64, l: f64) -> Option<f64> {
-    let x = (C_1L / wavelength_um.powi(5) / l).ln_1p();
-    (l > 0.0 && l.is_finite()).then(|| C_2 / (wavelength_um * x))
+    let most = C_1L / wavelength_um.powi(5);
+    (l > FAINTEST * most && l.is_finite()).then(|| C_2 / (wavelength_um * (most / l).ln_1p()))
 }
 
 #[cfg(test)]
@@ -94,7 +98,7 @@ mod tests {
         assert!((planck(um, kelvin) / rayleigh_jeans - 1.0).abs() < x * x);
         let back = brightness_temperature_k(um, planck(um, kelvin)).expect("it is above 0");
         assert!((back / kelvin - 1.0).abs() < 1e-12);
-        for no_radiance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        for no_radiance in [0.0, -1.0, 1e-320, f64::NAN, f64::INFINITY] {
             assert_eq!(brightness_temperature_k(9.0, no_radiance), None);
         }
     }

@@ -270,7 +270,8 @@ fn smoothness(bands: &[Measured], assumed: Assumed) -> Result<Temperature, Radio
         return Err(no_signal());
     }
     let (mut from, mut to) = (k_at(least - 1), k_at(least + 1));
-    while to - from > 1e-6 {
+    // 40 thirds leave 1e-7 K of the two steps.
+    for _ in 0..40 {
         let third = (to - from) / 3.0;
         if cost(from + third) < cost(to - third) { to -= third } else { from += third }
     }

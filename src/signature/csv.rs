@@ -3,7 +3,7 @@
 use super::{Band, retrieve};
 use crate::histogram::Estimate;
 use crate::radiometry::{Assumed, Retrieved, Temperature};
-use crate::support::csv::{Csv, decimals};
+use crate::support::csv::{Csv, decimals, radiance};
 
 /// A band with all that its row is made of.
 struct Row<'a> {
@@ -107,7 +107,10 @@ pub fn csv_text(bands: &[Band], temperature: Temperature, assumed: Assumed) -> S
             eq3: band.emissivity_eq3(temperature),
         };
         let (um, valid) = (band.wavelength_um.to_string(), u8::from(band.valid).to_string());
-        let numbers = COLUMNS.iter().map(|(.., value)| decimals(value(&row)));
+        let numbers = COLUMNS.iter().map(|(heading, _, value)| match value(&row) {
+            l if heading.starts_with("l_") => radiance(l, band.l_blackbody),
+            number => decimals(number),
+        });
         csv.row([um].into_iter().chain(numbers).chain([valid]));
     }
     csv.text()

@@ -7,6 +7,9 @@ use super::{Quantity, Spectrum, SpectrumError};
 use crate::support::file_error::FileError;
 use crate::support::linear::{ends, interpolate};
 
+/// Wavelengths that a response may have, um.
+const REACH_UM: [f64; 2] = [0.01, 1e4];
+
 /// The response of a band: straight lines between points, 0 outside them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Response {
@@ -58,7 +61,31 @@ impl Response {
                 .with_hint("use a response with a maximum of 1")
                 .into());
         }
+        let [from, to] = points.range_um();
+        if from < REACH_UM[0] || to > REACH_UM[1] {
+            let [least, most] = REACH_UM;
+            let problem =
+                format!("the response reaches from {from} to {to} um, beyond {least} to {most} um");
+            return Err(FileError::wrong(path, problem)
+                .with_hint("use wavelengths in um, or name their unit in the heading")
+                .into());
+        }
         Ok(Self { wavelength_um: points.wavelength_um, weight: points.emissivity })
+    }
+
+    /// Full width at half maximum, um: between the first and the last wavelength of that response.
+    pub fn width_um(&self) -> f64 {
+        let half = self.weight.iter().copied().fold(0.0, f64::max) / 2.0;
+        let points = || self.wavelength_um.iter().copied().zip(self.weight.iter().copied());
+        let crossing =
+            |(x0, y0): (f64, f64), (x1, y1): (f64, f64)| x0 + (x1 - x0) * (half - y0) / (y1 - y0);
+        let all: Vec<(f64, f64)> = points().collect();
+        let Some(first) = all.iter().position(|(_, y)| *y >= half) else { return 0.0 };
+        let last = all.iter().rposition(|(_, y)| *y >= half).unwrap_or(first);
+        let from = if first == 0 { all[0].0 } else { crossing(all[first - 1], all[first]) };
+        let to =
+            if last + 1 == all.len() { all[last].0 } else { crossing(all[last + 1], all[last]) };
+        to - from
     }
 
     /// Centroid, um.

@@ -9,6 +9,7 @@ pub mod linear;
 pub mod monitor;
 pub mod output;
 pub mod random;
+pub mod resources;
 mod sobol;
 pub mod statistics;
 pub mod text;

@@ -87,10 +87,18 @@ impl Camera {
         }
     }
 
-    /// Width and height of a pixel, um; `None` for a pinhole, whose pixels differ.
-    pub(super) fn pixel_um(&self) -> Option<[f64; 2]> {
-        let Rays::Parallel(view) = &self.rays else { return None };
+    /// Width and height of a pixel: um, or for a pinhole the difference of the angle's tangent.
+    pub(super) fn pixel_size(&self) -> [f64; 2] {
+        let (right, up) = match &self.rays {
+            Rays::Parallel(view) => (view.right, view.up),
+            Rays::Through { right, up, .. } => (*right, *up),
+        };
         let [columns, lines] = self.pixels.map(|side| side as f64);
-        Some([view.right.length() / columns, view.up.length() / lines])
+        [right.length() / columns, up.length() / lines]
+    }
+
+    /// Whether rays are parallel, so that pixels have a size in um.
+    pub(super) fn is_parallel(&self) -> bool {
+        matches!(self.rays, Rays::Parallel(_))
     }
 }

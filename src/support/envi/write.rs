@@ -26,6 +26,15 @@ pub(crate) struct Contents<'a> {
     pub names: &'a [String],
     /// Wavelengths, um; empty where the bands are no spectrum.
     pub wavelengths_um: &'a [f64],
+    /// Full widths of the bands at half maximum, um; empty where they are not known.
+    pub widths_um: &'a [f64],
+    /// Bands that are not to be used; may be empty.
+    pub is_bad: &'a [bool],
+}
+
+/// Names of bands by their wavelengths, um.
+pub(crate) fn band_names(wavelengths_um: &[f64]) -> Vec<String> {
+    wavelengths_um.iter().map(|um| format!("{um} um")).collect()
 }
 
 impl Contents<'_> {
@@ -58,8 +67,15 @@ impl Contents<'_> {
             let _ = writeln!(text, "{of_names} = {{{}}}", names.collect::<Vec<_>>().join(", "));
         }
         if has_spectrum {
-            let um: Vec<String> = self.wavelengths_um.iter().map(f64::to_string).collect();
-            let _ = writeln!(text, "wavelength = {{{}}}", um.join(", "));
+            let list = |um: &[f64]| um.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
+            let _ = writeln!(text, "wavelength = {{{}}}", list(self.wavelengths_um));
+            if self.widths_um.iter().any(|width| *width > 0.0) {
+                let _ = writeln!(text, "fwhm = {{{}}}", list(self.widths_um));
+            }
+        }
+        if self.is_bad.contains(&true) {
+            let good = self.is_bad.iter().map(|bad| if *bad { "0" } else { "1" });
+            let _ = writeln!(text, "bbl = {{{}}}", good.collect::<Vec<_>>().join(", "));
         }
         text
     }
