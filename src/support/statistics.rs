@@ -8,11 +8,15 @@ pub const T_95: f64 = 2.119_905_299;
 /// Quantile of Student's t, two-sided 95 %, with one degree of freedom less than packings. For one
 /// packing it is [`T_95`].
 pub fn quantile_95(packings: usize) -> f64 {
-    if packings < 2 {
-        return T_95;
-    }
-    let t =
-        StudentsT::new(0.0, 1.0, (packings - 1) as f64).expect("at least one degree of freedom");
+    if packings < 2 { T_95 } else { quantile_of(packings - 1) }
+}
+
+/// Quantile of Student's t, two-sided 95 %, with so many degrees of freedom.
+///
+/// # Panics
+/// Without a degree of freedom.
+pub fn quantile_of(freedom: usize) -> f64 {
+    let t = StudentsT::new(0.0, 1.0, freedom as f64).expect("at least one degree of freedom");
     t.inverse_cdf(0.975)
 }
 
