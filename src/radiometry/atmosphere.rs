@@ -30,7 +30,9 @@ impl Atmosphere {
         let (wavelength_um, rows) = columns.ascending_um()?;
         columns.two_at_least(&wavelength_um)?;
         let mut transmittance = columns.needed("transmittance")?;
-        transmittance.iter_mut().for_each(|tau| *tau = rounded_within(*tau, [0.0, 1.0]));
+        for tau in &mut transmittance {
+            *tau = rounded_within(*tau, [0.0, 1.0]);
+        }
         let l_path = columns.needed_radiance("l_path")?;
         if let Some(row) = transmittance.iter().position(|tau| !(0.0..=1.0).contains(tau)) {
             let problem = format!("a transmittance of {} is not within 0 to 1", transmittance[row]);

@@ -16,8 +16,8 @@ const LEAST_SCALE: f64 = 0.01;
 /// Above any radiance of a black body up to 10000 K at any wavelength (4.1e8), W m-2 sr-1 um-1.
 pub(super) const BRIGHTEST: f64 = 1e9;
 
-/// The columns of a CSV file, by their headings. Commas, semicolons or tabs separate them. Lines that
-/// begin with # are comments.
+/// The columns of a CSV file, by their headings. Commas, semicolons or tabs separate them. Lines
+/// that begin with # are comments.
 #[derive(Debug, Clone)]
 pub struct Columns {
     path: PathBuf,
@@ -127,7 +127,9 @@ impl Columns {
     pub fn needed_radiance(&self, stem: &str) -> Result<Vec<f64>, RadiometryError> {
         let mut l = self.measured_radiance(stem)?;
         let most = l.iter().copied().fold(0.0, f64::max);
-        l.iter_mut().for_each(|l| *l = rounded_within(*l, [0.0, most.max(LEAST_SCALE)]));
+        for l in &mut l {
+            *l = rounded_within(*l, [0.0, most.max(LEAST_SCALE)]);
+        }
         match l.iter().position(|&l| l < 0.0) {
             Some(row) => Err(self.wrong(row, format!("{stem}: {} is below 0", l[row]))),
             None => Ok(l),

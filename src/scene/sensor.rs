@@ -61,7 +61,7 @@ pub enum SensorBands {
     Box {
         /// Centre, um. The band must be within 0.01 to 10000 um.
         centre_um: f64,
-        /// Full width, um, 0 or more.
+        /// Full width, um, from 0 to below the centre.
         width_um: f64,
     },
     /// A band with a Gaussian response.

@@ -103,6 +103,9 @@ impl Response {
         spectrum.covers(span)?;
         let steps: Vec<f64> = if let Spectrum::Tabulated(points) = spectrum {
             points.wavelength_um.clone()
+        } else if spectrum.range_um().is_none() {
+            // It is the same at every wavelength.
+            Vec::new()
         } else {
             // The curves are smooth on a scale of 10 nm.
             let steps = ((span[1] - span[0]) / 1e-3) as u32;

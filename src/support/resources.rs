@@ -81,8 +81,7 @@ fn size(bytes: u64) -> String {
 }
 
 fn free_disk(folder: &Path) -> Option<u64> {
-    let folder = folder.ancestors().find(|folder| folder.exists())?;
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let folder = folder.ancestors().find(|folder| folder.exists()).unwrap_or(Path::new("."));
     let disk = rustix::fs::statvfs(folder).ok()?;
     disk.f_bavail.checked_mul(disk.f_frsize)
 }

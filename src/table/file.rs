@@ -116,7 +116,7 @@ impl Table {
             ),
             (
                 !self.sky_radiance.as_ref().is_none_or(SkyTable::is_sound),
-                "sky_radiance is malformed: unsorted, negative, or columns of different length",
+                "sky_radiance is malformed: unsorted, negative, too bright, or of unequal columns",
             ),
             (
                 self.sky_is_by_zenith() && self.histogram.kept.zeniths == 1,

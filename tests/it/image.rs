@@ -343,7 +343,7 @@ fn headers_name_the_bands_with_their_widths_and_no_errors_of_rounding() {
     assert!(!text.contains("bbl"));
 }
 
-/// Grains of quartz are transparent below 7.1 um, and that small ones are small everywhere.
+/// Fine grains measure below ten wavelengths.
 #[test]
 fn bands_in_which_grains_let_light_through_are_marked_and_warned_of() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -352,7 +352,7 @@ fn bands_in_which_grains_let_light_through_are_marked_and_warned_of() {
         scene["materials"][0]["spectrum"] = json!({"fresnel": "quartz"});
         scene["materials"][1]["spectrum"] = json!({"fresnel": "quartz"});
     });
-    let made = make(&path, &grid(7.0, 12.0, 1.0), &asked(0.2), &out);
+    let made = make(&path, &grid(8.0, 12.0, 1.0), &asked(0.2), &out);
     let of_facets: Vec<&String> =
         made.warnings.iter().filter(|text| text.contains("fresnel facets do not hold")).collect();
     assert_eq!(of_facets.len(), 1, "{:?}", made.warnings);
@@ -385,7 +385,7 @@ fn bands_and_sizes_that_no_machine_holds_are_refused_before_the_work() {
             .expect_err("too much")
     };
     for bands in
-        [json!([{"file": "wide.csv"}]), json!([{"box": {"centre_um": 3000.0, "width_um": 5000.0}}])]
+        [json!([{"file": "wide.csv"}]), json!([{"box": {"centre_um": 3000.0, "width_um": 2500.0}}])]
     {
         let error = try_to(&json!({"pixels": [2, 2], "bands": bands}));
         told += &message(&error, error.hint());

@@ -223,6 +223,10 @@ fn text_is_read_in_the_encodings_of_office_programs() {
         [0xff, 0xfe].into_iter().chain(text.encode_utf16().flat_map(u16::to_le_bytes)).collect();
     is_right(one("s.csv", utf_16, &Reading::default()), "UTF-16");
     is_right(one("s.csv", text.replace('\n', "\r"), &Reading::default()), "CR alone");
+    for binary in [&b"PK\x03\x04\x14\x00\x06"[..], b"ASD\x00\x00\x01", b"\x00\x04\x01"] {
+        let error = one("s.csv", binary, &Reading::default()).expect_err("it is binary");
+        assert!(error.to_string().contains("not text"), "{error}");
+    }
     let latin_1 = [
         b"Wellenl\xe4nge (\xb5m);Emissivit\xe4t\n",
         &emissivity().replace(',', ";").into_bytes()[..],

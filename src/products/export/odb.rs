@@ -111,6 +111,21 @@ impl<'a> Section<'a> {
             .unwrap_or_else(|| of(name))
     }
 
+    /// The unit of an object's lengths, um.
+    fn unit_um(&self) -> Result<f64, DirsigError> {
+        Ok(match self.word("UNITS") {
+            None => return Err(self.lacks("the object has no UNITS")),
+            Some(("METERS", _)) => 1e6,
+            Some(("CENTIMETERS", _)) => 1e4,
+            Some(("MILLIMETERS", _)) => 1e3,
+            Some(("INCHES", _)) => 25_400.0,
+            Some(("FEET", _)) => 304_800.0,
+            Some((other, line)) => {
+                return Err(self.wrong(line, format!("UNITS = {other} is not known")));
+            }
+        })
+    }
+
     fn number(&self, value: Option<(&str, u64)>) -> Result<Option<f64>, DirsigError> {
         let parsed = |(value, line): (&str, u64)| {
             value.parse().map_err(|_| self.wrong(line, format!("{value:?} is not a number")))
@@ -153,17 +168,7 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
             ));
             continue;
         };
-        let unit_um = match object.word("UNITS") {
-            None => return Err(object.lacks("the object has no UNITS")),
-            Some(("METERS", _)) => 1e6,
-            Some(("CENTIMETERS", _)) => 1e4,
-            Some(("MILLIMETERS", _)) => 1e3,
-            Some(("INCHES", _)) => 25_400.0,
-            Some(("FEET", _)) => 304_800.0,
-            Some((other, line)) => {
-                return Err(object.wrong(line, format!("UNITS = {other} is not known")));
-            }
-        };
+        let unit_um = object.unit_um()?;
         let file = object.file(file);
         let of_faces = ObjFile::read(&file)?.materials().to_vec();
         if of_faces.is_empty() {

@@ -216,8 +216,8 @@ fn beside(path: &Path) -> [PathBuf; 3] {
 }
 
 impl Image {
-    /// The image of standard errors beside an image of radiance, if there is one: with the name that
-    /// soilsig gives it.
+    /// The image of standard errors beside an image of radiance, by the name that soilsig gives it;
+    /// `None` if it is not there.
     pub fn errors_beside(radiance: &Path) -> Option<PathBuf> {
         let [data, _] = Cube::files(radiance);
         let [errors, ..] = beside(&data);

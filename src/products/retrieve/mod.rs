@@ -152,8 +152,8 @@ pub fn spectrum(path: &Path, error: Option<f64>, known: &Known) -> Result<Spectr
 }
 
 /// Said of a radiance whose standard error is not known.
-const NO_ERROR: &str = "the radiance comes without a standard error, so those of the emissivity leave its noise out: \
-     give it by --radiance-error\n";
+const NO_ERROR: &str = "the radiance comes without a standard error, so those of the emissivity \
+     leave its noise out: give it by --radiance-error\n";
 
 /// Headings of the CSV file.
 const COLUMNS: [&str; 10] = [

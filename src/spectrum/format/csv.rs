@@ -102,8 +102,10 @@ impl<'a> Above<'a> {
             // As numpy writes it. Most comments are prose.
             let fields = apart(&fields(bare(line)), count);
             let known = |field: &String| words::column(field) != Column::Unknown;
+            let is_of = |field| matches!(words::column(field), Column::Wavelength(_));
             let has_unit = |field| matches!(words::column(field), Column::Wavelength(Some(_)));
-            let is_heading = fields.iter().all(known) || fields.iter().any(|f| has_unit(f));
+            let is_heading = fields.iter().all(known) && fields.iter().any(|f| is_of(f))
+                || fields.iter().any(|f| has_unit(f));
             (fields.len() == count && is_heading).then_some(fields)
         } else {
             let mut heading = fields(line);
@@ -156,7 +158,8 @@ impl<'a> Above<'a> {
         let wavelength = wavelength.or(wavelengths.first().copied());
         let wavelength = wavelength.or((reading.unit.is_some() && count == 2).then_some(0));
         let Some(wavelength) = wavelength else {
-            let problem = format!("the heading {:?} names no known wavelength", fields.join(", "));
+            let problem =
+                format!("the heading {:?} names no wavelength in a known unit", fields.join(", "));
             return Err(super::unclear_unit(path, line, problem));
         };
         let mut values = places(|column| matches!(column, Column::Values(_)));

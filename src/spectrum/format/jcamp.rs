@@ -25,12 +25,14 @@ fn record(line: &str) -> Option<(String, &str)> {
     Some((label.to_uppercase(), value.trim()))
 }
 
+/// The form of a table, with its line, and the lines of its numbers.
+type Table<'a> = (usize, String, Vec<(usize, &'a str)>);
+
 /// A block: its records with their lines, and the lines of its table.
 #[derive(Default)]
 struct Block<'a> {
     records: HashMap<String, (usize, &'a str)>,
-    /// The table's form, in its line, and its lines.
-    table: Option<(usize, String, Vec<(usize, &'a str)>)>,
+    table: Option<Table<'a>>,
 }
 
 /// Reads every spectrum of a file; a file of several has a block for each.
@@ -157,7 +159,8 @@ impl Block<'_> {
         for &(at, x) in &starts {
             let line = ys[at].0;
             let expected = first + step * at as f64;
-            if !((x - expected).abs() <= step.abs() + 1e-5 * x.abs()) {
+            let off = (x - expected).abs();
+            if off.is_nan() || off > step.abs() + 1e-5 * x.abs() {
                 let problem = format!(
                     "the line begins at X = {x}, but by FIRSTX, LASTX and the number of points it \
                      is {expected}"
@@ -272,7 +275,7 @@ fn numbers(line: &str) -> Result<Vec<Packed>, String> {
             rest = after.trim_start_matches([' ', '\t', ',']);
             continue;
         }
-        let is_of = |from: char, to: char| (from..=to).contains(&first).then(|| first as u8);
+        let is_of = |from: char, to: char| (from..=to).contains(&first).then_some(first as u8);
         let digit = |letter: u8, from: char| i32::from(letter - from as u8) + 1;
         // Sign and first digit, and which kind of number it is.
         let (packed, lead) = if first == '@' || first == '%' {

@@ -173,9 +173,15 @@ fn ending(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
-/// A text file in UTF-8, else in Latin-1, without a byte order mark.
+/// A text file in any usual encoding.
 fn text(path: &Path) -> Result<String, SpectrumError> {
-    Ok(crate::support::text::read(path)?)
+    let text = crate::support::text::read(path)?;
+    if text.chars().take(1024).any(|c| c < '\t') {
+        return Err(FileError::wrong(path, "this is not text")
+            .with_hint("export it as columns of text: of a spreadsheet a .csv file")
+            .into());
+    }
+    Ok(text)
 }
 
 /// Refuses a label that says transmission or absorbance.
