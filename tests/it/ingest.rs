@@ -1,33 +1,12 @@
 //! What is read from mesh files, and how broken ones are refused.
 
-use std::fs;
-
 use insta::assert_snapshot;
 use soilsig::geometry::ingest::{self, IngestError};
 use soilsig::scene::Scene;
 use soilsig::support::error::Failure;
 use soilsig::support::file_error::FileError;
 
-use crate::support::{message, shipped_path};
-
-fn scene(prototype: &str) -> String {
-    format!(
-        r#"{{"soilsig_scene": 1, "name": "case", "seed": 1, "temperature_k": 300,
-             "view": {{"zenith_deg": 0}},
-             "materials": [{{"name": "rock", "spectrum": {{"constant": 0.9}}}}],
-             "geometry": {{"placed": {{"prototypes": [{prototype}]}}}}}}"#
-    )
-}
-
-fn load(files: &[(&str, &[u8])], prototype: &str) -> Result<soilsig::geometry::Bed, IngestError> {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    for (name, content) in files {
-        fs::write(folder.path().join(name), content).expect("written");
-    }
-    let path = folder.path().join("scene.json");
-    let scene = Scene::parse(&scene(prototype), &path).expect("the scene is sound");
-    ingest::load(&scene)
-}
+use crate::support::{load, message, shipped_path};
 
 fn obj(content: &str) -> Result<soilsig::geometry::Bed, IngestError> {
     load(&[("m.obj", content.as_bytes())], r#"{"name": "m", "file": "m.obj"}"#)

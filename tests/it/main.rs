@@ -10,6 +10,7 @@ mod dust;
 mod exports;
 mod failures;
 mod field;
+
 mod grains;
 mod guide;
 mod image;
@@ -18,6 +19,7 @@ mod ingest;
 mod library;
 mod messages;
 mod mitsuba;
+mod obj_files;
 mod packings;
 mod pictures;
 mod pipeline;

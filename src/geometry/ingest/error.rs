@@ -79,9 +79,8 @@ impl Failure for IngestError {
     fn hint(&self) -> Option<String> {
         Some(match self {
             Self::Scene(error) => return error.hint(),
-            Self::File(FileError::Read { .. }) => return None,
-            Self::File(FileError::Wrong { .. }) => {
-                "export the mesh again as triangles, or mend it in Blender".into()
+            Self::File(error) => {
+                return error.hint_or("export the mesh again as triangles, or mend it in Blender");
             }
             Self::NoObject { present, .. } if present.is_empty() => "the file names none".into(),
             Self::NoObject { present, .. } => format!("it has {}", listed(present)),

@@ -178,13 +178,17 @@ struct Materials<'a> {
 }
 
 impl Materials<'_> {
+    /// The index of a material, if the scene has it.
+    fn known(&self, name: Option<&str>) -> Option<u16> {
+        let index = self.instead.or(name).and_then(|name| self.scene.material_index(name));
+        index.map(|index| index as u16)
+    }
+
     fn index(&self, object: &str, name: Option<&str>) -> Result<u16, IngestError> {
-        let wanted = self.instead.or(name);
-        let index = wanted.and_then(|name| self.scene.material_index(name));
-        index.map(|index| index as u16).ok_or_else(|| IngestError::NoMaterial {
+        self.known(name).ok_or_else(|| IngestError::NoMaterial {
             path: self.path.to_owned(),
             object: object.to_owned(),
-            material: wanted.map(str::to_owned),
+            material: self.instead.or(name).map(str::to_owned),
             known: self.scene.materials.iter().map(|m| m.name.clone()).collect(),
         })
     }

@@ -142,7 +142,7 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
             }
         };
         let file = object.file(file);
-        names.extend(ObjFile::read(&file)?.materials().iter().cloned());
+        names.extend(ObjFile::read(&file)?.materials().into_iter().map(str::to_owned));
         let name = format!("object_{}", prototypes.len());
         let places = object.section("INSTANCES").map_or(&[][..], |section| &section.values);
         if places.is_empty() {
