@@ -77,11 +77,11 @@ impl Mesh {
         let distinct = distinct(&vertices);
         let uses = edges(&distinct, &triangles);
         let (edges, open_edges) = (uses.len(), uses.values().filter(|edge| edge.turn != 0).count());
-        let parts = parts(&distinct, &triangles);
-        let particles = particles(&parts, &vertices, &triangles);
+        let roots = roots(&distinct, &triangles);
+        let particles = particles(&roots, &vertices, &triangles);
         let closed = edges > 0
             && open_edges == 0
-            && Body::of_each(&parts, &uses, &vertices, &triangles).all(|body| body.is_solid());
+            && Body::of_each(&roots, &uses, &vertices, &triangles).all(|body| body.is_solid());
         let volume = |&triangle: &[u32; 3]| signed_volume(corners(&vertices, triangle));
         if closed && triangles.iter().map(volume).sum::<f64>() < 0.0 {
             for triangle in &mut triangles {
@@ -187,8 +187,8 @@ fn distinct(vertices: &[Vec3]) -> Vec<u32> {
     vertices.iter().enumerate().map(distinct).collect()
 }
 
-/// For each vertex the one that stands for its connected part.
-fn parts(distinct: &[u32], triangles: &[[u32; 3]]) -> Vec<u32> {
+/// A vertex for each vertex, the same for all of a connected part of a mesh.
+fn roots(distinct: &[u32], triangles: &[[u32; 3]]) -> Vec<u32> {
     // Union-find: each vertex points to another of its part; the root points to itself.
     let mut part: Vec<u32> = (0..distinct.len() as u32).collect();
     let root = |part: &mut [u32], mut at: u32| {
@@ -209,11 +209,11 @@ fn parts(distinct: &[u32], triangles: &[[u32; 3]]) -> Vec<u32> {
 }
 
 /// The middles of the connected parts of a mesh.
-fn particles(parts: &[u32], vertices: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
+fn particles(roots: &[u32], vertices: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let mut boxes: BTreeMap<u32, (Vec3, Vec3)> = BTreeMap::new();
     for &vertex in triangles.iter().flatten() {
         let at = vertices[vertex as usize];
-        let (min, max) = boxes.entry(parts[vertex as usize]).or_insert((at, at));
+        let (min, max) = boxes.entry(roots[vertex as usize]).or_insert((at, at));
         (*min, *max) = (min.min(at), max.max(at));
     }
     boxes.into_values().map(|(min, max)| (min + max) / 2.0).collect()
@@ -255,20 +255,20 @@ struct Body {
 
 impl Body {
     fn of_each(
-        parts: &[u32],
+        roots: &[u32],
         edges: &HashMap<(u32, u32), Edge>,
         vertices: &[Vec3],
         triangles: &[[u32; 3]],
     ) -> impl Iterator<Item = Self> {
         let mut bodies: HashMap<u32, Self> = HashMap::new();
         for &triangle in triangles {
-            let body = bodies.entry(parts[triangle[0] as usize]).or_default();
+            let body = bodies.entry(roots[triangle[0] as usize]).or_default();
             body.volume += signed_volume(corners(vertices, triangle));
             body.area += cross(corners(vertices, triangle)).length() / 2.0;
             body.triangles += 1.0;
         }
         for (&(vertex, _), edge) in edges {
-            let body = bodies.entry(parts[vertex as usize]).or_default();
+            let body = bodies.entry(roots[vertex as usize]).or_default();
             body.edges += 1.0;
             body.shared_edges += f64::from(u8::from(edge.triangles > 3));
         }

@@ -6,6 +6,7 @@ pub(crate) mod envi;
 pub mod error;
 pub mod file_error;
 pub mod linear;
+pub(crate) mod memory;
 pub mod monitor;
 pub mod output;
 pub mod random;

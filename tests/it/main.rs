@@ -1,5 +1,6 @@
 //! All tests through the library and the program, as one binary: each file or folder is a subject.
 
+mod bed_warnings;
 mod blender_control;
 mod budget;
 mod chart;
@@ -11,6 +12,7 @@ mod exports;
 mod failures;
 mod field;
 
+mod gltf_files;
 mod grains;
 mod guide;
 mod image;

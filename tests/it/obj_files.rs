@@ -90,7 +90,8 @@ fn what_is_no_surface_is_passed_over() {
         assert_is_pit(pit() + more + other + "\n", other);
         assert_is_pit(pit() + "o other\n" + more + other + "\n", other);
     }
-    for other in ["s off", "s 1", "lod 2", "g", "vp 0 1", "curv 0 1 9 10", "cstype bspline", "end"] {
+    for other in ["s off", "s 1", "lod 2", "g", "vp 0 1", "curv 0 1 9 10", "cstype bspline", "end"]
+    {
         assert_is_pit(format!("{other}\n{}", pit()), other);
     }
 }
@@ -112,7 +113,8 @@ fn colours_and_weights_of_vertices_are_no_coordinates() {
 fn corners_count_from_either_end() {
     let lines = pit_lines();
     let numbered = |line: &String| {
-        let index = |word: &str| word.parse::<i64>().map_or(word.to_owned(), |i| (i - 9).to_string());
+        let index =
+            |word: &str| word.parse::<i64>().map_or(word.to_owned(), |i| (i - 9).to_string());
         line.split(' ').map(index).collect::<Vec<_>>().join(" ")
     };
     let (vertices, faces) = lines.split_at(9);
@@ -196,7 +198,11 @@ fn any_mixture_of_harmless_changes_leaves_the_same_facets() {
 }
 
 /// A scene of these materials and an .obj file whose faces have the name.
-fn material_of(usemtl: &str, materials: &[&str], instead: Option<&str>) -> Result<Bed, IngestError> {
+fn material_of(
+    usemtl: &str,
+    materials: &[&str],
+    instead: Option<&str>,
+) -> Result<Bed, IngestError> {
     let spectrum = r#""spectrum": {"constant": 0.5}"#;
     let materials = materials.iter().map(|name| format!(r#"{{"name": "{name}", {spectrum}}}"#));
     let materials = materials.collect::<Vec<_>>().join(", ");
@@ -228,8 +234,7 @@ fn a_material_is_found_by_its_name_with_or_without_a_comment() {
         let found = found.unwrap_or_else(|error| panic!("{usemtl}: {error}"));
         assert!(found.meshes[0].materials.iter().all(|&of| of == index), "{usemtl}");
     }
-    let latin_1: Vec<u8> =
-        pit().replace("rock", "K\u{f6}rner").chars().map(|c| c as u8).collect();
+    let latin_1: Vec<u8> = pit().replace("rock", "K\u{f6}rner").chars().map(|c| c as u8).collect();
     let scene = scene_of(PROTOTYPE).replace("rock", "K\u{f6}rner");
     let found = crate::support::load_scene(&[("m.obj", &latin_1)], &scene).expect("Latin-1");
     assert_eq!(found.triangles(), 10);
@@ -290,8 +295,16 @@ fn concave_polygons_are_cut_into_triangles_that_cover_them_alone() {
     let ell = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];
     // A square with a square hole, joined by a seam.
     let ring = [
-        [0.0, 0.0], [3.0, 0.0], [3.0, 3.0], [0.0, 3.0], [0.0, 0.0],
-        [1.0, 1.0], [1.0, 2.0], [2.0, 2.0], [2.0, 1.0], [1.0, 1.0],
+        [0.0, 0.0],
+        [3.0, 0.0],
+        [3.0, 3.0],
+        [0.0, 3.0],
+        [0.0, 0.0],
+        [1.0, 1.0],
+        [1.0, 2.0],
+        [2.0, 2.0],
+        [2.0, 1.0],
+        [1.0, 1.0],
     ];
     for (points, triangles) in [(&ell[..], 4), (&star, 18), (&ring, 8)] {
         for start in 0..points.len() {
@@ -335,8 +348,9 @@ fn polygons_that_cross_themselves_are_refused() {
 
 #[test]
 fn a_corner_on_a_side_in_six_decimals_is_read() {
-    let with_corner = |corner: &str| pit().replace("usemtl", &format!("v {corner}\nusemtl"))
-        .replace("f 1 2 3 4", "f 1 9 2 3 4");
+    let with_corner = |corner: &str| {
+        pit().replace("usemtl", &format!("v {corner}\nusemtl")).replace("f 1 2 3 4", "f 1 9 2 3 4")
+    };
     for y in ["0.000001", "0.000000", "-0.000001", "0.0000003"] {
         for x in ["0.333333", "0.5", "0.999999"] {
             let found = read(with_corner(&format!("{x} {y} 0.000000")));
@@ -347,8 +361,7 @@ fn a_corner_on_a_side_in_six_decimals_is_read() {
 
 /// A cube whose faces have these corners on their sides.
 fn cube(faces: [&str; 6], more: &str) -> String {
-    let vertices: String =
-        PIT_CORNERS.iter().map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
+    let vertices: String = PIT_CORNERS.iter().map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
     let faces: String = faces.iter().map(|face| format!("f {face}\n")).collect();
     format!("{vertices}{more}usemtl rock\n{faces}")
 }
@@ -479,7 +492,8 @@ fn a_pit_has_its_emissivity_whatever_its_text_looks_like() {
         place.run(&["trace", "scene.json", "--out", "table.json"], 0);
         let (curve, _) = place.run(&["signature", "table.json", "--range", "9-9"], 0);
         let line = curve.lines().last().expect("a band");
-        let emissivity: f64 = line.split(',').nth(1).and_then(|e| e.parse().ok()).expect("a number");
+        let emissivity: f64 =
+            line.split(',').nth(1).and_then(|e| e.parse().ok()).expect("a number");
         assert!((emissivity - 0.8454).abs() < 0.0023, "{line}");
     }
 }

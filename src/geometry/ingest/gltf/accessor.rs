@@ -1,14 +1,25 @@
-//! Numbers of a glTF file, out of its buffers.
+//! Whether the numbers of a glTF file are all there. The gltf crate leaves out or panics over those
+//! that are not.
 
+use std::iter;
 use std::path::Path;
 
-use super::file::{Accessor, COMPRESSED, Gltf, View};
+use gltf::accessor::{self, DataType, Item};
+use gltf::{Buffer, Document};
+
+use super::file::{Accessor, COMPRESSED, Gltf, Sparse, View};
 use crate::support::file_error::FileError;
 
-/// A file and its buffers, those that it has.
+/// Values of `componentType`.
+pub(super) const FLOAT: &[u32] = &[5126];
+pub(super) const UNSIGNED: &[u32] = &[5121, 5123, 5125];
+pub(super) const SIGNED_OR_FLOAT: &[u32] = &[5120, 5122, 5126];
+
+/// A file, the same as the gltf crate has it, and those of its buffers that there are.
 pub(super) struct Data<'a> {
     pub path: &'a Path,
     pub file: &'a Gltf,
+    pub document: &'a Document,
     pub buffers: &'a [Option<&'a [u8]>],
 }
 
@@ -25,20 +36,17 @@ impl From<&str> for Fault {
     }
 }
 
-impl Data<'_> {
+impl<'a> Data<'a> {
     pub fn accessor(&self, number: usize) -> Result<&Accessor, FileError> {
-        self.file.accessors.get(number).ok_or_else(|| {
-            FileError::wrong_at(self.path, format!("accessor {number}"), "there is none")
-        })
+        let place = || format!("accessor {number}");
+        let of = self.file.accessors.get(number);
+        of.ok_or_else(|| FileError::wrong_at(self.path, place(), "the file has no such accessor"))
     }
 
-    /// The elements of an accessor of N numbers each. Normalised integers are 0 to 1, or -1 to 1.
-    ///
-    /// # Errors
-    /// There is no such accessor, its elements have another shape, or its bytes are not all there.
-    pub fn elements<const N: usize>(&self, number: usize) -> Result<Vec<[f64; N]>, FileError> {
+    /// The number of elements of an accessor, if they have this type and all of them are there.
+    pub fn check(&self, number: usize, kind: &str, numbers: &[u32]) -> Result<usize, FileError> {
         let accessor = self.accessor(number)?;
-        self.read(accessor).map_err(|fault| {
+        self.try_check(accessor, kind, numbers).map_err(|fault| {
             let place = format!("accessor {number}");
             match fault {
                 Fault::Wrong(problem) => FileError::wrong_at(self.path, place, problem),
@@ -47,87 +55,117 @@ impl Data<'_> {
                     FileError::wrong_at(self.path, place, problem).with_hint(COMPRESSED)
                 }
             }
-        })
+        })?;
+        Ok(accessor.count)
     }
 
-    /// The vertices that triangles name.
-    ///
-    /// # Errors
-    /// As of [`Data::elements`], or they are not whole numbers.
-    pub fn indices(&self, number: usize) -> Result<Vec<u32>, FileError> {
-        let accessor = self.accessor(number)?;
-        if !matches!(accessor.component_type, 5121 | 5123 | 5125) || accessor.normalized {
-            let place = format!("accessor {number}");
-            return Err(FileError::wrong_at(self.path, place, "its indices are not whole numbers"));
+    /// The elements of an accessor that was checked; zeros if it stands in no buffer.
+    pub fn elements<T: Item + 'a>(&self, number: usize) -> Vec<T> {
+        let Some(accessor) = self.document.accessors().nth(number) else { return Vec::new() };
+        let count = accessor.count();
+        match accessor::Iter::new(accessor, |buffer: Buffer| self.buffers[buffer.index()]) {
+            Some(elements) => elements.collect(),
+            None => iter::repeat_with(T::zero).take(count).collect(),
         }
-        let elements = self.elements(number)?;
-        Ok(elements.into_iter().map(|[index]: [f64; 1]| index as u32).collect())
     }
 
-    fn read<const N: usize>(&self, accessor: &Accessor) -> Result<Vec<[f64; N]>, Fault> {
-        let shape = ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1];
-        if accessor.shape != shape {
-            return Err(Fault::Wrong(format!("it holds {}, not {shape}", accessor.shape)));
+    /// The same of whole numbers without a sign.
+    pub fn indices(&self, number: usize) -> Vec<u32> {
+        match self.document.accessors().nth(number).map(|accessor| accessor.data_type()) {
+            Some(DataType::U8) => self.elements::<u8>(number).into_iter().map(u32::from).collect(),
+            Some(DataType::U16) => {
+                self.elements::<u16>(number).into_iter().map(u32::from).collect()
+            }
+            _ => self.elements(number),
         }
-        let number = Number::new(accessor.component_type, accessor.normalized)?;
-        let element = |bytes: &[u8]| {
-            std::array::from_fn(|i| number.decode(&bytes[i * number.size()..]))
+    }
+
+    /// The same of four numbers each, singles or whole numbers with a sign.
+    pub fn fours(&self, number: usize) -> Vec<[f32; 4]> {
+        match self.document.accessors().nth(number).map(|accessor| accessor.data_type()) {
+            Some(DataType::I8) => {
+                self.elements(number).into_iter().map(|four: [i8; 4]| four.map(f32::from)).collect()
+            }
+            Some(DataType::I16) => self
+                .elements(number)
+                .into_iter()
+                .map(|four: [i16; 4]| four.map(f32::from))
+                .collect(),
+            _ => self.elements(number),
+        }
+    }
+
+    fn try_check(&self, accessor: &Accessor, kind: &str, numbers: &[u32]) -> Result<(), Fault> {
+        let Accessor { count, component_type, .. } = *accessor;
+        if accessor.kind != kind {
+            return Err(Fault::Wrong(format!("its type is {}, not {kind}", accessor.kind)));
+        }
+        if !numbers.contains(&component_type) {
+            let problem = format!("its componentType is {component_type}, not one of {numbers:?}");
+            return Err(Fault::Wrong(problem));
+        }
+        let width = match kind {
+            "SCALAR" => 1,
+            "VEC3" => 3,
+            _ => 4,
         };
-        let size = N * number.size();
-        let mut elements: Vec<[f64; N]> = match accessor.buffer_view {
-            Some(view) => {
-                let bytes = self.strided(view, accessor.byte_offset, accessor.count, size)?;
-                bytes.map(element).collect()
-            }
-            None => {
-                // They are zeros. What uses them is somewhere in the buffers.
-                let most = self.buffers.iter().flatten().map(|bytes| bytes.len()).sum();
-                if accessor.count > most {
-                    return Err("it has more elements than the buffers have bytes".into());
-                }
-                vec![[0.0; N]; accessor.count]
-            }
-        };
-        if let Some(sparse) = &accessor.sparse {
-            let kind = Number::new(sparse.indices.component_type.unwrap_or_default(), false)?;
-            let (places, values) = (&sparse.indices, &sparse.values);
-            let places =
-                self.strided(places.buffer_view, places.byte_offset, sparse.count, kind.size())?;
-            let values = self.strided(values.buffer_view, values.byte_offset, sparse.count, size)?;
-            for (place, value) in places.zip(values) {
-                let place = kind.decode(place) as usize;
-                *elements.get_mut(place).ok_or("a sparse index is too large")? = element(value);
-            }
+        let size = width * bytes_of_number(component_type);
+        if count == 0 {
+            return Err("it is empty".into());
         }
-        Ok(elements)
+        if let Some(view) = accessor.buffer_view {
+            self.strided(view, accessor.byte_offset, count, size)?;
+        } else if count > self.buffers.iter().flatten().map(|bytes| bytes.len()).sum() {
+            // Zeros; but what uses them is somewhere in the buffers.
+            return Err("it has more elements than the buffers have bytes".into());
+        }
+        match &accessor.sparse {
+            Some(sparse) if sparse.count > 0 => self.check_sparse(sparse, count, size),
+            _ => Ok(()),
+        }
     }
 
-    /// The bytes of so many elements of a view, `size` bytes each.
+    /// Whether a sparse accessor names elements that are there, in their order.
+    fn check_sparse(&self, sparse: &Sparse, count: usize, size: usize) -> Result<(), Fault> {
+        let Sparse { count: own, indices, values } = sparse;
+        let kind = indices.component_type.filter(|kind| UNSIGNED.contains(kind));
+        let width = bytes_of_number(kind.ok_or("its sparse indices are not whole numbers")?);
+        self.strided(values.buffer_view, values.byte_offset, *own, size)?;
+        let (places, stride) =
+            self.strided(indices.buffer_view, indices.byte_offset, *own, width)?;
+        let place = |bytes: &[u8]| bytes.iter().rev().fold(0, |sum, &b| sum << 8 | usize::from(b));
+        let mut least = 0;
+        for place in places.chunks(stride).take(*own).map(|bytes| place(&bytes[..width])) {
+            if place < least || place >= count {
+                return Err("its sparse indices are out of order or too large".into());
+            }
+            least = place + 1;
+        }
+        Ok(())
+    }
+
+    /// The bytes of so many elements of a view, `size` bytes each, and from one to the next.
     fn strided(
         &self,
         view: usize,
         offset: usize,
         count: usize,
         size: usize,
-    ) -> Result<impl Iterator<Item = &[u8]>, Fault> {
-        let view = self.file.buffer_views.get(view).ok_or("it names a view that is not there")?;
+    ) -> Result<(&[u8], usize), Fault> {
+        let view = self.file.buffer_views.get(view).ok_or("the file has no such bufferView")?;
         let stride = view.byte_stride.unwrap_or(size);
         if stride < size {
             return Err("its elements overlap".into());
         }
-        let needed = match count.checked_sub(1) {
-            None => Some(0),
-            Some(others) => stride.checked_mul(others).and_then(|bytes| bytes.checked_add(size)),
-        };
+        let needed = stride.checked_mul(count - 1).and_then(|bytes| bytes.checked_add(size));
         let bytes = self.bytes(view)?.get(offset..);
         let bytes = bytes.filter(|bytes| needed.is_some_and(|needed| needed <= bytes.len()));
-        let bytes = bytes.ok_or("it is longer than its view of the buffer")?;
-        Ok((0..count).map(move |i| &bytes[i * stride..][..size]))
+        Ok((bytes.ok_or("it is longer than its bufferView")?, stride))
     }
 
     fn bytes(&self, view: &View) -> Result<&[u8], Fault> {
         let number = view.buffer;
-        let buffer = self.buffers.get(number).ok_or("its view names a buffer that is not there")?;
+        let buffer = self.buffers.get(number).ok_or("the file has no such buffer")?;
         let Some(buffer) = buffer else {
             return Err(match view.extensions.compression() {
                 Some(extension) => Fault::Compressed(extension),
@@ -136,61 +174,14 @@ impl Data<'_> {
         };
         let end = view.byte_offset.checked_add(view.byte_length);
         let bytes = end.and_then(|end| buffer.get(view.byte_offset..end));
-        bytes.ok_or_else(|| "its view is longer than the buffer".into())
+        bytes.ok_or_else(|| "its bufferView is longer than the buffer".into())
     }
 }
 
-/// How a number is written.
-#[derive(Clone, Copy)]
-struct Number {
-    kind: Kind,
-    is_normalized: bool,
-}
-
-#[derive(Clone, Copy)]
-enum Kind {
-    I8,
-    U8,
-    I16,
-    U16,
-    U32,
-    F32,
-}
-
-impl Number {
-    fn new(component_type: u32, is_normalized: bool) -> Result<Self, Fault> {
-        let kind = match component_type {
-            5120 => Kind::I8,
-            5121 => Kind::U8,
-            5122 => Kind::I16,
-            5123 => Kind::U16,
-            5125 => Kind::U32,
-            5126 => Kind::F32,
-            other => return Err(Fault::Wrong(format!("its componentType {other} is not known"))),
-        };
-        Ok(Self { kind, is_normalized })
-    }
-
-    fn size(self) -> usize {
-        match self.kind {
-            Kind::I8 | Kind::U8 => 1,
-            Kind::I16 | Kind::U16 => 2,
-            Kind::U32 | Kind::F32 => 4,
-        }
-    }
-
-    /// The number at the start of the bytes.
-    fn decode(self, bytes: &[u8]) -> f64 {
-        let two = || [bytes[0], bytes[1]];
-        let four = || [bytes[0], bytes[1], bytes[2], bytes[3]];
-        let (value, greatest) = match self.kind {
-            Kind::F32 => return f64::from(f32::from_le_bytes(four())),
-            Kind::I8 => (f64::from(bytes[0] as i8), f64::from(i8::MAX)),
-            Kind::U8 => (f64::from(bytes[0]), f64::from(u8::MAX)),
-            Kind::I16 => (f64::from(i16::from_le_bytes(two())), f64::from(i16::MAX)),
-            Kind::U16 => (f64::from(u16::from_le_bytes(two())), f64::from(u16::MAX)),
-            Kind::U32 => (f64::from(u32::from_le_bytes(four())), f64::from(u32::MAX)),
-        };
-        if self.is_normalized { (value / greatest).max(-1.0) } else { value }
+fn bytes_of_number(component_type: u32) -> usize {
+    match component_type {
+        5120 | 5121 => 1,
+        5122 | 5123 => 2,
+        _ => 4,
     }
 }

@@ -1,10 +1,11 @@
-//! What of a glTF 2.0 file makes a surface, as the specification by Khronos names it. The rest of
-//! the file is not looked at.
+//! What of a glTF 2.0 file makes a surface, as the specification by Khronos names it. The gltf crate
+//! is given this and nothing else: it refuses or panics on files whose other parts are broken.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use serde::Deserialize;
+use gltf::Document;
+use serde::{Deserialize, Serialize};
 
 use crate::support::file_error::FileError;
 use crate::support::text;
@@ -12,9 +13,10 @@ use crate::support::text;
 /// What to do about a mesh that is compressed.
 pub(super) const COMPRESSED: &str = "export the mesh again without compression";
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Gltf {
+    asset: Asset,
     pub scene: Option<usize>,
     #[serde(default)]
     pub scenes: Vec<Scene>,
@@ -32,25 +34,26 @@ pub(super) struct Gltf {
     pub buffers: Vec<Buffer>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 pub(super) struct Scene {
     #[serde(default)]
     pub nodes: Vec<usize>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 pub(super) struct Node {
     pub name: Option<String>,
     #[serde(default)]
     pub children: Vec<usize>,
     pub mesh: Option<usize>,
+    #[serde(skip_serializing)]
     pub skin: Option<usize>,
     pub weights: Option<Vec<f64>>,
     pub matrix: Option<[f64; 16]>,
     pub translation: Option<[f64; 3]>,
     pub rotation: Option<[f64; 4]>,
     pub scale: Option<[f64; 3]>,
-    #[serde(default)]
+    #[serde(default, skip_serializing)]
     pub extensions: NodeExtensions,
 }
 
@@ -73,7 +76,7 @@ pub(super) struct Visibility {
     pub visible: Option<bool>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 pub(super) struct Mesh {
     pub name: Option<String>,
     #[serde(default)]
@@ -81,18 +84,28 @@ pub(super) struct Mesh {
     pub weights: Option<Vec<f64>>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 pub(super) struct Primitive {
     #[serde(default)]
-    pub attributes: BTreeMap<String, usize>,
+    pub attributes: Attributes,
     pub indices: Option<usize>,
     pub material: Option<usize>,
     #[serde(default = "Primitive::triangles")]
     pub mode: u32,
     #[serde(default)]
-    pub targets: Vec<BTreeMap<String, usize>>,
-    #[serde(default)]
+    pub targets: Vec<Attributes>,
+    #[serde(default, skip_serializing)]
     pub extensions: PrimitiveExtensions,
+}
+
+/// Accessors of the vertices; those of a morph target change them.
+#[derive(Default, Deserialize, Serialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub(super) struct Attributes {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub normal: Option<usize>,
 }
 
 impl Primitive {
@@ -107,12 +120,12 @@ pub(super) struct PrimitiveExtensions {
     pub draco: Option<serde::de::IgnoredAny>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 pub(super) struct Material {
     pub name: Option<String>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Accessor {
     pub buffer_view: Option<usize>,
@@ -123,28 +136,36 @@ pub(super) struct Accessor {
     pub normalized: bool,
     pub count: usize,
     #[serde(rename = "type")]
-    pub shape: String,
+    pub kind: String,
+    #[serde(skip_serializing_if = "Sparse::is_empty")]
     pub sparse: Option<Sparse>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 pub(super) struct Sparse {
     pub count: usize,
     pub indices: SparsePart,
     pub values: SparsePart,
 }
 
-#[derive(Deserialize)]
+impl Sparse {
+    fn is_empty(of: &Option<Self>) -> bool {
+        of.as_ref().is_none_or(|sparse| sparse.count == 0)
+    }
+}
+
+#[derive(Deserialize, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct SparsePart {
     pub buffer_view: usize,
     #[serde(default)]
     pub byte_offset: usize,
     /// Of the indices only.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub component_type: Option<u32>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct View {
     pub buffer: usize,
@@ -152,7 +173,7 @@ pub(super) struct View {
     pub byte_offset: usize,
     pub byte_length: usize,
     pub byte_stride: Option<usize>,
-    #[serde(default)]
+    #[serde(default, skip_serializing)]
     pub extensions: ViewExtensions,
 }
 
@@ -172,11 +193,21 @@ impl ViewExtensions {
     }
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Buffer {
+    #[serde(skip_serializing)]
     pub uri: Option<String>,
     pub byte_length: usize,
+}
+
+impl Gltf {
+    /// The same as the gltf crate has it.
+    pub fn document(&self, path: &Path) -> Result<Document, FileError> {
+        let wrong = |error: serde_json::Error| FileError::wrong(path, error.to_string());
+        let json = serde_json::to_value(self).map_err(wrong)?;
+        Ok(Document::from_json_without_validation(serde_json::from_value(json).map_err(wrong)?))
+    }
 }
 
 /// What a file says of itself.
@@ -188,7 +219,7 @@ struct Head {
     extensions_required: Vec<String>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(rename_all = "camelCase")]
 struct Asset {
     version: String,
@@ -211,7 +242,8 @@ pub(super) fn parse<'a>(
     let Head { asset, extensions_required } = serde_json::from_str(text).map_err(wrong)?;
     // A file of a later version is as good, unless it says that it is not.
     let Asset { version, min_version } = asset;
-    if !version.starts_with("2.") || min_version.is_some_and(|least| least != "2.0") {
+    let version = min_version.as_ref().unwrap_or(&version);
+    if !version.starts_with("2.") || min_version.as_ref().is_some_and(|least| least != "2.0") {
         let problem = format!("it is glTF {version}: glTF 2.0 is read");
         return Err(FileError::wrong(path, problem).with_hint("export the mesh as glTF 2.0"));
     }
@@ -224,7 +256,9 @@ pub(super) fn parse<'a>(
             }
             Effect::Unknown => {
                 let hint = "export the mesh again without this extension";
-                return Err(FileError::wrong(path, problem + ", which is not known").with_hint(hint));
+                return Err(
+                    FileError::wrong(path, problem + ", which is not known").with_hint(hint)
+                );
             }
         }
     }

@@ -1,9 +1,13 @@
-//! glTF 2.0, text or binary. Nodes that share a mesh stay instances.
+//! glTF 2.0, text or binary, through the gltf crate. Nodes that share a mesh stay instances.
+//!
+//! The file is looked at before the crate has it: what is no surface is left out, extensions are
+//! applied or refused, and the crate reads only numbers that are all there.
 
 mod accessor;
 mod buffers;
 mod file;
 mod nodes;
+mod vertices;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -15,12 +19,9 @@ use crate::geometry::cross;
 use crate::geometry::mesh::{Curvature, Mesh, SINGLE_ROUNDING};
 use crate::support::file_error::FileError;
 use accessor::Data;
-use file::{COMPRESSED, Primitive};
+use vertices::Vertices;
 
 pub(super) use buffers::buffer_files;
-
-/// `componentType` of single-precision numbers.
-const FLOAT: u32 = 5126;
 
 /// The meshes below the named node, or of the whole default scene, each with its places.
 pub(super) fn read(
@@ -35,7 +36,8 @@ pub(super) fn read(
     let (file, blob) = file::parse(path, bytes)?;
     let in_text = buffers::in_text(path, &file)?;
     let buffers = buffers::all(path, &file, blob, &in_text, files)?;
-    let data = Data { path, file: &file, buffers: &buffers };
+    let document = file.document(path)?;
+    let data = Data { path, file: &file, document: &document, buffers: &buffers };
     let mut parts = Vec::new();
     for (shape, places) in nodes::places(&data, object)? {
         let Some((mesh, middle)) = surface(&data, &shape, unit_um, materials)? else { continue };
@@ -68,13 +70,9 @@ impl Shape {
         Self { mesh, weights: weights.iter().map(|weight| weight.to_bits()).collect() }
     }
 
-    /// The morph targets of a primitive that have a weight.
-    fn targets<'a>(
-        &'a self,
-        primitive: &'a Primitive,
-    ) -> impl Iterator<Item = (f64, &'a BTreeMap<String, usize>)> {
-        let weights = self.weights.iter().map(|&bits| f64::from_bits(bits));
-        weights.zip(&primitive.targets).filter(|&(weight, _)| weight != 0.0)
+    /// The weights of the targets of a primitive.
+    fn weights(&self) -> impl Iterator<Item = f64> {
+        self.weights.iter().map(|&bits| f64::from_bits(bits))
     }
 }
 
@@ -107,12 +105,13 @@ fn surface(
             }
         };
         let material = materials.index(&name, material)?;
-        let own = positions(data, &name, primitive, shape)?;
+        let vertices = Vertices::checked(data, &name, primitive, shape)?;
+        let own = vertices.positions();
+        if own.iter().any(|point| !point.is_finite()) {
+            return Err(wrong("a vertex is not finite").into());
+        }
+        let indices = vertices.indices();
         let count = own.len();
-        let indices: Vec<u32> = match primitive.indices {
-            None => (0..count as u32).collect(),
-            Some(number) => data.indices(number)?,
-        };
         if let Some(greatest) = indices.iter().find(|&&index| index as usize >= count) {
             let problem = format!("a face names vertex {greatest}, but the mesh has {count}");
             return Err(wrong(&problem).into());
@@ -120,10 +119,7 @@ fn surface(
         let triangles = cut(&indices);
         let first = points.len();
         points.extend(own.into_iter().map(|point| point * unit_um));
-        if let Some(normals) = normals(data, primitive, shape)? {
-            if normals.len() != count {
-                return Err(wrong("it has more or fewer normals than vertices").into());
-            }
+        if let Some(normals) = vertices.normals() {
             for triangle in triangles.iter().map(|t| t.map(|i| i as usize)) {
                 let facet = cross(triangle.map(|i| points[first + i]));
                 curvature.add(facet, triangle.map(|i| normals[i]).into_iter());
@@ -137,67 +133,6 @@ fn surface(
     mesh.set_rounding(farthest * SINGLE_ROUNDING);
     mesh.quality.curved = curvature.mean();
     Ok((!mesh.triangles.is_empty()).then_some((mesh, middle)))
-}
-
-/// The vertices of a primitive in the file's unit.
-fn positions(
-    data: &Data,
-    mesh: &str,
-    primitive: &Primitive,
-    shape: &Shape,
-) -> Result<Vec<DVec3>, FileError> {
-    let wrong = |problem: &str| FileError::wrong_at(data.path, mesh, problem);
-    let number = primitive.attributes.get("POSITION");
-    let accessor = number.map(|&number| data.accessor(number)).transpose()?;
-    let is_elsewhere = accessor.is_none_or(|of| of.buffer_view.is_none());
-    if is_elsewhere && primitive.extensions.draco.is_some() {
-        let problem = "its triangles are compressed by KHR_draco_mesh_compression";
-        return Err(wrong(problem).with_hint(COMPRESSED));
-    }
-    let number = *number.ok_or_else(|| wrong("there are no vertex positions"))?;
-    if accessor.is_some_and(|of| of.component_type != FLOAT) {
-        let problem = "its vertices are rounded to whole numbers, by KHR_mesh_quantization";
-        return Err(wrong(problem).with_hint(COMPRESSED));
-    }
-    let mut positions: Vec<DVec3> =
-        data.elements(number)?.into_iter().map(DVec3::from_array).collect();
-    for (weight, target) in shape.targets(primitive) {
-        if let Some(&number) = target.get("POSITION") {
-            add(&mut positions, weight, data.elements(number)?).map_err(wrong)?;
-        }
-    }
-    if positions.iter().any(|point| !point.is_finite()) {
-        return Err(wrong("a vertex is not finite"));
-    }
-    Ok(positions)
-}
-
-/// The normals of a primitive; none if it has none that belong to its shape.
-fn normals(
-    data: &Data,
-    primitive: &Primitive,
-    shape: &Shape,
-) -> Result<Option<Vec<DVec3>>, FileError> {
-    let Some(&number) = primitive.attributes.get("NORMAL") else { return Ok(None) };
-    let mut normals: Vec<DVec3> =
-        data.elements(number)?.into_iter().map(DVec3::from_array).collect();
-    for (weight, target) in shape.targets(primitive) {
-        let Some(&number) = target.get("NORMAL") else { return Ok(None) };
-        let wrong = |problem| FileError::wrong_at(data.path, format!("accessor {number}"), problem);
-        add(&mut normals, weight, data.elements(number)?).map_err(wrong)?;
-    }
-    Ok(Some(normals))
-}
-
-/// Adds what a morph target changes.
-fn add(to: &mut [DVec3], weight: f64, changes: Vec<[f64; 3]>) -> Result<(), &'static str> {
-    if changes.len() != to.len() {
-        return Err("a morph target has more or fewer vertices than the mesh");
-    }
-    for (value, change) in to.iter_mut().zip(changes) {
-        *value += weight * DVec3::from_array(change);
-    }
-    Ok(())
 }
 
 /// Single triangles from a strip.

@@ -2,16 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
+use glam::{DAffine3, DMat3, DQuat, DVec4, Mat4, Vec3, Vec4};
 
 use super::Shape;
-use super::accessor::Data;
-use super::file::{Instances, Node};
+use super::accessor::{Data, FLOAT, SIGNED_OR_FLOAT};
+use super::file::Instances;
 use crate::geometry::ingest::IngestError;
 use crate::support::file_error::FileError;
-
-/// A quaternion as x, y, z, w.
-const NO_TURN: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
 /// The shapes below the named node, or of the whole default scene, each with its places in the
 /// file's unit.
@@ -24,7 +21,8 @@ pub(super) fn places(
 ) -> Result<BTreeMap<Shape, Vec<DAffine3>>, IngestError> {
     let file = data.file;
     let wrong = |problem: &str| FileError::wrong(data.path, problem);
-    let scene = file.scenes.get(file.scene.unwrap_or(0)).ok_or_else(|| wrong("there is no scene"))?;
+    let scene =
+        file.scenes.get(file.scene.unwrap_or(0)).ok_or_else(|| wrong("there is no scene"))?;
     let mut places: BTreeMap<Shape, Vec<DAffine3>> = BTreeMap::new();
     let mut names = Vec::new();
     let mut is_met = vec![false; file.nodes.len()];
@@ -33,14 +31,19 @@ pub(super) fn places(
         scene.nodes.iter().map(|&node| (node, DAffine3::IDENTITY, object.is_none())).collect();
     while let Some((number, above, inside)) = waiting.pop() {
         let at = |problem: &str| FileError::wrong_at(data.path, format!("node {number}"), problem);
-        let node = file.nodes.get(number).ok_or_else(|| at("there is none"))?;
+        let (node, read) = file
+            .nodes
+            .get(number)
+            .zip(data.document.nodes().nth(number))
+            .ok_or_else(|| at("the file has no such node"))?;
         if std::mem::replace(&mut is_met[number], true) {
             return Err(at("it stands below two nodes, or below itself").into());
         }
         if node.extensions.visibility.as_ref().and_then(|of| of.visible) == Some(false) {
             continue;
         }
-        let place = above * own_place(node);
+        let matrix = Mat4::from_cols_array_2d(&read.transform().matrix());
+        let place = above * DAffine3::from_mat4(matrix.as_dmat4());
         names.extend(node.name.clone());
         let inside = inside || object.is_some_and(|object| node.name.as_deref() == Some(object));
         if let (Some(mesh), true) = (node.mesh, inside) {
@@ -58,13 +61,16 @@ pub(super) fn places(
             };
             for place in instances.into_iter().map(|instance| place * instance) {
                 // Scaled to nothing: so some programs hide a node.
-                if place.matrix3 == glam::DMat3::ZERO {
+                if place.matrix3 == DMat3::ZERO {
                     continue;
                 }
                 if !place.inverse().is_finite() {
                     return Err(at("it is scaled to a plane or a line, or not finite").into());
                 }
-                places.entry(Shape { mesh, weights: shape.weights.clone() }).or_default().push(place);
+                places
+                    .entry(Shape { mesh, weights: shape.weights.clone() })
+                    .or_default()
+                    .push(place);
             }
         }
         waiting.extend(node.children.iter().map(|&child| (child, place, inside)));
@@ -81,23 +87,11 @@ pub(super) fn places(
     Ok(places)
 }
 
-/// A node's place in the node above it.
-fn own_place(node: &Node) -> DAffine3 {
-    match node.matrix {
-        Some(matrix) => DAffine3::from_mat4(DMat4::from_cols_array(&matrix)),
-        None => placed(
-            DVec3::from_array(node.translation.unwrap_or_default()),
-            node.rotation.unwrap_or(NO_TURN),
-            DVec3::from_array(node.scale.unwrap_or([1.0; 3])),
-        ),
-    }
-}
-
 /// A place by its shift, its turn, as x, y, z, w of a quaternion, and its scale.
-fn placed(translation: DVec3, rotation: [f64; 4], scale: DVec3) -> DAffine3 {
-    let rotation = DVec4::from_array(rotation).normalize_or(DVec4::W);
-    let rotation = DQuat::from_vec4(rotation);
-    DAffine3::from_scale_rotation_translation(scale, rotation, translation)
+fn placed(translation: [f32; 3], rotation: [f32; 4], scale: [f32; 3]) -> DAffine3 {
+    let [translation, scale] = [translation, scale].map(|of| Vec3::from_array(of).as_dvec3());
+    let rotation = Vec4::from_array(rotation).as_dvec4().normalize_or(DVec4::W);
+    DAffine3::from_scale_rotation_translation(scale, DQuat::from_vec4(rotation), translation)
 }
 
 /// The instances of a node's mesh, by EXT_mesh_gpu_instancing.
@@ -106,33 +100,28 @@ fn instances_of(
     node: usize,
     instances: &Instances,
 ) -> Result<Vec<DAffine3>, FileError> {
-    let translations: Option<Vec<[f64; 3]>> = attribute(data, instances, "TRANSLATION")?;
-    let rotations: Option<Vec<[f64; 4]>> = attribute(data, instances, "ROTATION")?;
-    let scales: Option<Vec<[f64; 3]>> = attribute(data, instances, "SCALE")?;
-    let counts = [
-        translations.as_ref().map(Vec::len),
-        rotations.as_ref().map(Vec::len),
-        scales.as_ref().map(Vec::len),
-    ];
-    let mut counts = counts.into_iter().flatten();
-    let count = counts.next().unwrap_or(1);
-    if counts.any(|other| other != count) {
+    let mut counts = Vec::new();
+    let mut attribute = |name: &str, kind, numbers| {
+        let number = instances.attributes.get(name).copied();
+        if let Some(number) = number {
+            counts.push(data.check(number, kind, numbers)?);
+        }
+        Ok::<_, FileError>(number)
+    };
+    let shifts = attribute("TRANSLATION", "VEC3", FLOAT)?.map(|number| data.elements(number));
+    // Whole numbers are as good: a quaternion has the length 1.
+    let turns = attribute("ROTATION", "VEC4", SIGNED_OR_FLOAT)?.map(|number| data.fours(number));
+    let scales = attribute("SCALE", "VEC3", FLOAT)?.map(|number| data.elements(number));
+    let count = counts.first().copied().unwrap_or(1);
+    if counts.iter().any(|&other| other != count) {
         let problem = "the attributes of its instances are not equally many";
         return Err(FileError::wrong_at(data.path, format!("node {node}"), problem));
     }
     let at = |i: usize| {
-        let shift = translations.as_ref().map_or([0.0; 3], |all| all[i]);
-        let turn = rotations.as_ref().map_or(NO_TURN, |all| all[i]);
+        let shift = shifts.as_ref().map_or([0.0; 3], |all| all[i]);
+        let turn = turns.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |all| all[i]);
         let scale = scales.as_ref().map_or([1.0; 3], |all| all[i]);
-        placed(DVec3::from_array(shift), turn, DVec3::from_array(scale))
+        placed(shift, turn, scale)
     };
     Ok((0..count).map(at).collect())
-}
-
-fn attribute<const N: usize>(
-    data: &Data,
-    instances: &Instances,
-    name: &str,
-) -> Result<Option<Vec<[f64; N]>>, FileError> {
-    instances.attributes.get(name).map(|&number| data.elements(number)).transpose()
 }

@@ -50,13 +50,15 @@ impl ObjFile {
         };
         let mut reader = BufReader::new(Cursor::new(&plain.text));
         let no_library = |_: &Path| Ok(Default::default());
-        let (models, _) = tobj::load_obj_buf(&mut reader, &tobj::LoadOptions::default(), no_library)
-            .map_err(|error| fault(error.to_string()))?;
+        let (models, _) =
+            tobj::load_obj_buf(&mut reader, &tobj::LoadOptions::default(), no_library)
+                .map_err(|error| fault(error.to_string()))?;
         if models.iter().flat_map(|model| &model.mesh.positions).any(|x| !x.is_finite()) {
             return Err(fault("a vertex is not finite".into()));
         }
         let part = |name: &str| name.parse().ok().and_then(|number: usize| plain.parts.get(number));
-        let named = |model: tobj::Model| (part(&model.name).cloned().unwrap_or_default(), model.mesh);
+        let named =
+            |model: tobj::Model| (part(&model.name).cloned().unwrap_or_default(), model.mesh);
         Ok(Self { path: path.to_owned(), models: models.into_iter().map(named).collect() })
     }
 
@@ -117,13 +119,13 @@ impl ObjFile {
         let mut curvature = Curvature::default();
         for (part, mesh) in self.models(object).filter(|(_, mesh)| !mesh.indices.is_empty()) {
             let own_name = part.object.most_likely();
-            let material = part.material.known(|name| materials.known(Some(name))).map_or_else(
-                || {
+            let material = match part.material.known(|name| materials.known(Some(name))) {
+                Some(material) => material,
+                None => {
                     let named = Some(part.material.most_likely()).filter(|name| !name.is_empty());
-                    materials.index(if own_name.is_empty() { name } else { own_name }, named)
-                },
-                Ok,
-            )?;
+                    materials.index(if own_name.is_empty() { name } else { own_name }, named)?
+                }
+            };
             let first = all.len() as u32;
             all.extend(points(mesh).map(|point| turn * point * unit_um));
             let mut normals = polygons(&mesh.normal_indices, mesh);

@@ -111,7 +111,8 @@ impl Writer {
             "vn" => {
                 let mut normal = [0.0; 3];
                 for (value, word) in normal.iter_mut().zip(rest.split_whitespace()) {
-                    *value = word.parse().ok().filter(|value: &f64| value.is_finite()).unwrap_or(0.0);
+                    *value =
+                        word.parse().ok().filter(|value: &f64| value.is_finite()).unwrap_or(0.0);
                 }
                 let [x, y, z] = normal;
                 self.normals += 1;

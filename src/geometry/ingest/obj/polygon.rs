@@ -29,11 +29,13 @@ fn cut(polygon: &[DVec3]) -> Option<Vec<[usize; 3]>> {
     if polygon.len() == 3 {
         return Some(first);
     }
-    let longest_squared = polygon.iter().map(|p| p.distance_squared(polygon[0])).fold(0.0, f64::max);
+    let longest_squared =
+        polygon.iter().map(|p| p.distance_squared(polygon[0])).fold(0.0, f64::max);
     let total: f64 = first.iter().map(|triangle| area(triangle).length()).sum();
     let is_convex = whole != DVec3::ZERO && is_convex(polygon, &first, whole);
     if is_convex {
-        let is_full = |of: &Vec<[usize; 3]>| of.iter().all(|triangle| !is_sliver(polygon, triangle));
+        let is_full =
+            |of: &Vec<[usize; 3]>| of.iter().all(|triangle| !is_sliver(polygon, triangle));
         // A corner within a side: a fan about the wrong corner would pass it by.
         let starts = 0..polygon.len().min(64);
         let full = starts.map(|start| fan(polygon.len(), start)).find(is_full);
