@@ -87,7 +87,7 @@ fn free_disk(folder: &Path) -> Option<u64> {
 }
 
 /// Bytes that the process may still take: by the system, by its group and by its own limit.
-fn free_memory() -> Option<u64> {
+pub fn free_memory() -> Option<u64> {
     let text = |path| fs::read_to_string(path).ok();
     let number = |path| text(path)?.trim().parse::<u64>().ok();
     // "MemAvailable:   123 kB"
