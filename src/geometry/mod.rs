@@ -121,6 +121,11 @@ pub fn to_sensor(view: View) -> DVec3 {
     DVec3::new(zenith.sin() * azimuth.cos(), zenith.sin() * azimuth.sin(), zenith.cos())
 }
 
+/// Most placements of a bed, and most triangles of a mesh: the tracer numbers them with 25 bits, the
+/// triangles in blocks of four or more.
+pub(crate) const MOST_PLACEMENTS: usize = (1 << 25) - 1;
+pub(crate) const MOST_TRIANGLES: usize = 4 * MOST_PLACEMENTS;
+
 /// Most patches of a field along a side: the random numbers that choose one have 24 bits.
 pub(crate) const MOST_PATCHES: u32 = 1 << 16;
 

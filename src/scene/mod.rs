@@ -308,8 +308,10 @@ impl Scene {
         for (i, material) in self.materials.iter().enumerate() {
             let name = &material.name;
             // Mesh files could not name such a material.
+            let place = format!("materials[{i}].name");
+            need(!name.is_empty(), &place, || "a material needs a name".into())?;
             let is_plain = name.trim() == name && !name.contains(char::is_control);
-            need(is_plain, &format!("materials[{i}].name"), || {
+            need(is_plain, &place, || {
                 format!("{name:?} begins or ends with white space, or holds a control character")
             })?;
             material.spectrum.check(&format!("materials[{i}].spectrum"))?;

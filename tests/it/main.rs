@@ -1,5 +1,6 @@
 //! All tests through the library and the program, as one binary: each file or folder is a subject.
 
+mod bed_warnings;
 mod blender_control;
 mod budget;
 mod chart;
@@ -10,6 +11,8 @@ mod dust;
 mod exports;
 mod failures;
 mod field;
+
+mod gltf_files;
 mod grains;
 mod guide;
 mod image;
@@ -18,6 +21,7 @@ mod ingest;
 mod library;
 mod messages;
 mod mitsuba;
+mod obj_files;
 mod own_spectra;
 mod packings;
 mod pictures;

@@ -170,7 +170,8 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
         };
         let unit_um = object.unit_um()?;
         let file = object.file(file);
-        let of_faces = ObjFile::read(&file)?.materials().to_vec();
+        let obj = ObjFile::read(&file)?;
+        let of_faces = obj.materials();
         if of_faces.is_empty() {
             return Err(FileError::wrong(&file, "its faces name no material")
                 .with_hint(
@@ -178,7 +179,7 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
                 )
                 .into());
         }
-        names.extend(of_faces);
+        names.extend(of_faces.into_iter().map(str::to_owned));
         let name = format!("object_{}", prototypes.len());
         let places = object.section("INSTANCES").map_or(&[][..], |section| &section.values);
         if places.is_empty() {

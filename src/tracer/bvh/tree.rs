@@ -6,6 +6,8 @@ use std::time::Duration;
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2};
 
+use crate::geometry::MOST_PLACEMENTS;
+
 pub use obvhs::aabb::Aabb;
 
 /// Children of a node, and the most entries of a leaf.
@@ -31,7 +33,8 @@ impl Child {
     const FIRST: u32 = 28;
 
     fn node(number: usize) -> Self {
-        assert!(number < 1 << Self::NUMBER_BITS, "more triangles than memory holds");
+        const { assert!(MOST_PLACEMENTS < 1 << Self::NUMBER_BITS) };
+        assert!(number < 1 << Self::NUMBER_BITS, "no bed has as many");
         Self(number as u32)
     }
 
