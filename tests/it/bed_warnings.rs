@@ -36,7 +36,7 @@ fn cube(size: f64, [x, y, z]: [f64; 3], turn_deg: f64) -> [f64; 12] {
 
 #[test]
 fn solids_that_only_touch_do_not_pass_through_each_other() {
-    for turn_deg in [0.0_f64, 13.7, 45.0] {
+    for turn_deg in [0.0_f64, 13.7] {
         let (sin, cos) = turn_deg.to_radians().sin_cos();
         // Side by side, half a side apart, and one upon the other.
         for [along, aside, up] in

@@ -413,12 +413,12 @@ fn lines_and_points_are_passed_over() {
         let error = load(&files, &alone).expect_err("no faces");
         assert!(error.to_string().contains("there are no faces"), "{error}");
     }
-    // Nor does a mesh matter whose triangles have no area.
+    // A mesh without area may have lost it to the rounding of its coordinates.
     let mut file = File::pit();
     let flat = file.floats("VEC3", &[0.5; 9]);
     file.mesh(json!([{"attributes": {"POSITION": flat}, "material": 0}]));
     file.node(json!({"mesh": 1}));
-    file.assert_is_pit("a mesh without area beside it");
+    assert!(file.refusal().contains("mesh: there are no faces"));
 }
 
 #[test]
@@ -629,7 +629,7 @@ fn a_bed_for_which_there_is_no_memory_is_refused_before_it_takes_any() {
         .output()
         .expect("it runs");
     let said = String::from_utf8(output.stderr).expect("UTF-8");
-    assert!(said.contains("GB of memory") && said.contains("hint:"), "{said}");
+    assert!(said.contains("GB of memory, but") && said.contains("hint:"), "{said}");
     assert!(!said.contains("panicked") && output.status.code().is_some_and(|code| code > 0));
 }
 

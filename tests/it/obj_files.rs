@@ -357,6 +357,11 @@ fn a_corner_on_a_side_in_six_decimals_is_read() {
             assert!((area(&found, 1.0) - 5.0).abs() < 1e-6, "{x} {y}");
         }
     }
+    // Such corners make no facet too fine to be warned of.
+    for y in ["0.000001", "-0.000001"] {
+        let quality = &read(with_corner(&format!("0.333333 {y} 0"))).meshes[0].quality;
+        assert_eq!((quality.facets, quality.too_fine), (11, 0), "{y}");
+    }
 }
 
 /// A cube whose faces have these corners on their sides.

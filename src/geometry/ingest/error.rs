@@ -6,6 +6,7 @@ use crate::geometry::{MOST_PATCHES, MOST_PLACEMENTS, MOST_TRIANGLES};
 use crate::scene::SceneError;
 use crate::support::error::Failure;
 use crate::support::file_error::FileError;
+use crate::support::resources::ResourceError;
 
 /// A mesh file cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -69,8 +70,8 @@ pub enum IngestError {
     },
     /// There are more placements, or triangles of a mesh, than can be traced.
     #[error(
-        "{}: {placements} placed meshes, or {triangles} triangles in one mesh, cannot be traced: the \
-         most are {MOST_PLACEMENTS} and {MOST_TRIANGLES}",
+        "{}: {placements} placed meshes, or {triangles} triangles in one mesh, cannot be traced: \
+         the most are {MOST_PLACEMENTS} and {MOST_TRIANGLES}",
         path.display()
     )]
     Many {
@@ -82,24 +83,12 @@ pub enum IngestError {
         triangles: usize,
     },
     /// There is not memory enough.
-    #[error(
-        "{}: {placements} placed meshes of {triangles} triangles need some {:.1} GB of memory, and \
-         {:.1} GB are free",
-        path.display(),
-        *needed as f64 / 1e9,
-        *free as f64 / 1e9
-    )]
+    #[error("{}: {source}", path.display())]
     Memory {
         /// The scene file.
         path: PathBuf,
-        /// Its placements.
-        placements: usize,
-        /// Triangles of its meshes, each counted once.
-        triangles: usize,
-        /// Memory that tracing takes, bytes.
-        needed: u64,
-        /// Memory that is free, bytes.
-        free: u64,
+        /// What is needed, and what is free.
+        source: ResourceError,
     },
     /// Nothing is placed in the domain.
     #[error("{}: nothing stands within the domain", path.display())]

@@ -161,12 +161,10 @@ impl Sources {
         }
         let triangles: usize = meshes.iter().map(|mesh| mesh.triangles.len()).sum();
         let needed = (placements * PLACEMENT_BYTES + triangles * TRIANGLE_BYTES) as u64;
-        match resources::free_memory() {
-            Some(free) if needed > free => {
-                Err(IngestError::Memory { path: path(), placements, triangles, needed, free })
-            }
-            _ => Ok(placements),
-        }
+        let task = format!("tracing {placements} placed meshes");
+        resources::need_memory(&task, needed)
+            .map_err(|source| IngestError::Memory { path: path(), source })?;
+        Ok(placements)
     }
 
     /// The meshes of one prototype.

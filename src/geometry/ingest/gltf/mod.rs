@@ -127,12 +127,19 @@ fn surface(
         }
         faces.extend(triangles.into_iter().map(|t| (t.map(|i| i + first as u32), material)));
     }
+    if faces.is_empty() {
+        return Ok(None);
+    }
     let farthest = points.iter().map(|p: &DVec3| p.abs().max_element()).fold(0.0, f64::max);
     let (mut mesh, middle) = Mesh::new(&name, &points, faces.into_iter());
     // The file's own coordinates are singles.
     mesh.set_rounding(farthest * SINGLE_ROUNDING);
     mesh.quality.curved = curvature.mean();
-    Ok((!mesh.triangles.is_empty()).then_some((mesh, middle)))
+    // So far from the origin, or so small, that its coordinates do not tell its corners apart.
+    if mesh.triangles.is_empty() {
+        return Err(wrong("there are no faces").into());
+    }
+    Ok(Some((mesh, middle)))
 }
 
 /// Single triangles from a strip.

@@ -23,26 +23,38 @@ pub(super) fn triangles(corners: &[u32], points: &[DVec3]) -> Option<Vec<[u32; 3
 }
 
 fn cut(polygon: &[DVec3]) -> Option<Vec<[usize; 3]>> {
+    let count = polygon.len();
     let area = |triangle: &[usize; 3]| cross(triangle.map(|i| polygon[i]));
-    let first = fan(polygon.len(), 0);
-    let whole: DVec3 = first.iter().map(area).sum();
-    if polygon.len() == 3 {
+    let first = fan(count, 0);
+    if count == 3 {
         return Some(first);
     }
+    let whole: DVec3 = first.iter().map(area).sum();
     let longest_squared =
         polygon.iter().map(|p| p.distance_squared(polygon[0])).fold(0.0, f64::max);
-    let total: f64 = first.iter().map(|triangle| area(triangle).length()).sum();
-    let is_convex = whole != DVec3::ZERO && is_convex(polygon, &first, whole);
-    if is_convex {
-        let is_full =
-            |of: &Vec<[usize; 3]>| of.iter().all(|triangle| !is_sliver(polygon, triangle));
+    let sliver = SLIVER * longest_squared;
+    // Every corner must turn the same way, not only those of the fan.
+    let turns = |least: f64| {
+        let turn = |i| area(&[i, (i + 1) % count, (i + 2) % count]).dot(whole);
+        whole != DVec3::ZERO && (0..count).all(|i| turn(i) >= least)
+    };
+    if turns(-sliver * whole.length()) {
         // A corner within a side: a fan about the wrong corner would pass it by.
-        let starts = 0..polygon.len().min(64);
-        let full = starts.map(|start| fan(polygon.len(), start)).find(is_full);
-        return Some(full.unwrap_or(first));
+        let is_full = |of: &Vec<[usize; 3]>| {
+            let is_full = |triangle| is_no_sliver(polygon, triangle, whole);
+            of.iter().all(is_full)
+        };
+        if let Some(full) = (0..count.min(64)).map(|start| fan(count, start)).find(is_full) {
+            return Some(full);
+        }
+    }
+    let same_way = |triangle| area(triangle).dot(whole) >= 0.0;
+    if first.iter().all(same_way) && turns(-1e-9 * whole.length_squared()) {
+        return Some(first);
     }
     let clipped = clip(polygon, whole);
-    if clipped.is_none() && total <= SLIVER * longest_squared { Some(Vec::new()) } else { clipped }
+    let total: f64 = first.iter().map(|triangle| area(triangle).length()).sum();
+    if clipped.is_none() && total <= sliver { Some(Vec::new()) } else { clipped }
 }
 
 /// Triangles about one corner.
@@ -51,21 +63,12 @@ fn fan(corners: usize, start: usize) -> Vec<[usize; 3]> {
     (2..corners).map(|k| [start, at(k - 1), at(k)]).collect()
 }
 
-fn is_convex(polygon: &[DVec3], fan: &[[usize; 3]], whole: DVec3) -> bool {
-    let area = |triangle: [usize; 3]| cross(triangle.map(|i| polygon[i]));
-    let count = polygon.len();
-    // Every corner must turn the same way, not only those of the fan.
-    fan.iter().all(|&triangle| area(triangle).dot(whole) >= 0.0)
-        && (0..count).all(|i| {
-            let turn = area([i, (i + 1) % count, (i + 2) % count]);
-            turn.dot(whole) >= -1e-9 * whole.length_squared()
-        })
-}
-
-fn is_sliver(polygon: &[DVec3], triangle: &[usize; 3]) -> bool {
+/// Whether a triangle has an area to speak of, and faces as the polygon does.
+fn is_no_sliver(polygon: &[DVec3], triangle: &[usize; 3], whole: DVec3) -> bool {
     let [a, b, c] = triangle.map(|i| polygon[i]);
     let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
-    cross([a, b, c]).length() <= SLIVER * longest
+    let area = cross([a, b, c]);
+    area.dot(whole) > 0.0 && area.length() > SLIVER * longest
 }
 
 /// A polygon as triangles, by clipping ears. `None` if they do not cover it.
