@@ -381,7 +381,7 @@ fn bands_and_sizes_that_no_machine_holds_are_refused_before_the_work() {
         let scene = Scene::read(&path).expect("a scene");
         let tracer = trace::tracer(&scene).expect("meshes");
         let out = folder.path().join("out");
-        image::make(&tracer, &scene, &grid(7.5, 14.0, 0.01), &asked(0.5), &out, &Unwatched)
+        image::make(&tracer, &scene, &grid(7.5, 14.0, 1e-4), &asked(0.5), &out, &Unwatched)
             .expect_err("too much")
     };
     for bands in
@@ -392,7 +392,7 @@ fn bands_and_sizes_that_no_machine_holds_are_refused_before_the_work() {
     }
     assert_snapshot!(told);
     let error = try_to(&json!({"pixels": [16384, 16384]})).to_string();
-    let task = "an image of 16384 x 16384 pixels in 651 bands takes 4203";
+    let task = "an image of 16384 x 16384 pixels in 65001 bands takes 41877";
     assert!(error.starts_with(task) && error.contains("are free"), "{error}");
 }
 
