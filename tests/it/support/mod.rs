@@ -1,6 +1,7 @@
 //! What several tests share.
 
 mod bed;
+mod faults;
 mod measured;
 mod place;
 mod scenes;
@@ -9,6 +10,7 @@ mod tools;
 mod vectors;
 
 pub use bed::SmallBed;
+pub use faults::{Found, failing_library, found, killed_after, left_over};
 pub use measured::{Noise, l_sky, measured};
 pub use place::{Place, shipped, shipped_json, shipped_path};
 pub use scenes::{emissivity, trace_file};
