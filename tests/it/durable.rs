@@ -50,6 +50,21 @@ impl Trial {
             let _ = fs::remove_dir_all(self.place.path(folder));
         }
     }
+
+    /// Keeps the result, to begin with it again.
+    fn keep(&self) {
+        fs::rename(self.place.path("out"), self.place.path("kept")).expect("moved");
+    }
+
+    /// The result that was kept, and an empty cache.
+    fn begin_again(&self) {
+        self.forget();
+        fs::create_dir(self.place.path("out")).expect("made");
+        for entry in fs::read_dir(self.place.path("kept")).expect("kept").flatten() {
+            let to = self.place.path("out").join(entry.file_name());
+            fs::copy(entry.path(), to).expect("copied");
+        }
+    }
 }
 
 const PIT: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
@@ -73,9 +88,9 @@ fn a_killed_run_leaves_an_earlier_result_or_a_whole_one_and_the_next_clears_up()
     trial.forget();
     let first = trial.whole("1");
     assert_ne!(first, second);
+    trial.keep();
     for time in [2, 8, 20, 40, 70, 110, 160, 230, 320, 450] {
-        trial.forget();
-        assert_eq!(trial.whole("1"), first);
+        trial.begin_again();
         killed_after(&mut trial.command("2"), Duration::from_millis(time));
         let now = found(&trial.place.path("out"));
         assert!([&first, &second, &Found::Nothing].contains(&&now), "after {time} ms: {now:?}");
@@ -92,12 +107,12 @@ fn a_write_that_fails_leaves_the_earlier_result_as_it_was() {
     let second = trial.whole("2");
     trial.forget();
     let first = trial.whole("1");
+    trial.keep();
     let mut failed = 0;
-    for at in (1..).step_by(7) {
+    for at in (1..).step_by(11) {
         let mut was_reached = false;
         for with in [FULL, BROKEN] {
-            trial.forget();
-            assert_eq!(trial.whole("1"), first);
+            trial.begin_again();
             let mut command = trial.command("2");
             command.env("LD_PRELOAD", failing_library()).env("FAIL_AT", at.to_string());
             command.env("FAIL_WITH", with);
@@ -124,5 +139,5 @@ fn a_write_that_fails_leaves_the_earlier_result_as_it_was() {
             break;
         }
     }
-    assert!(failed > 10, "only {failed} writes were made to fail");
+    assert!(failed > 6, "only {failed} writes were made to fail");
 }
