@@ -5,7 +5,7 @@ COVERAGE = sparse
 # Tests that `make test` leaves out, for want of a tool: blender, bpy, mitsuba, readers, window.
 WITHOUT =
 
-.PHONY: help run test lint docs setup bench intervals chart scale packings tolerances budgets facets stress clean
+.PHONY: help run test lint docs setup bench intervals chart scale packings tolerances budgets facets stress torture clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -88,6 +88,12 @@ facets: setup ## measure the effect of the number of facets, in finished beds
 stress: setup ## drive the method until it fails; write the figure and tables of its atlas
 	cargo build --release
 	python3 scripts/stability.py target/release/soilsig
+
+# SECURITY.md, docs/reference/promises.md
+torture: setup ## kill runs, let writes fail, fill disks; look for what is half done or left over
+	cargo build --release
+	python3 scripts/torture.py target/release/soilsig --kills 500 --errors 200 \
+	    --blender "$$(command -v blender)"
 
 clean: ## remove all builds and installed tools: target, .venv, .tools
 	cargo clean

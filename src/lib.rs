@@ -43,6 +43,8 @@
     not(feature = "cli"),
     allow(dead_code, unused_imports, reason = "some parts serve the program alone")
 )]
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests write no results"))]
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod radiometry;
 pub mod scene;

@@ -9,12 +9,14 @@ use clap::builder::{StringValueParser, TypedValueParser};
 
 use super::usage;
 use crate::draw::plot;
+use crate::pipeline::MOST_SECONDS;
 use crate::radiometry::Assumed;
 use crate::scene::{Grid, Inverted, Sky, SpectrumSource};
 use crate::spectrum::Spectrum;
 use crate::support::cache::Cache;
 use crate::support::error::Error;
-use crate::support::output::{self, OutputError};
+use crate::support::output;
+use crate::support::scratch::Scratch;
 
 /// The bands of a signature.
 #[derive(Args)]
@@ -62,7 +64,8 @@ pub struct InBlender {
     #[arg(long, value_name = "PATH", value_parser = utf8_path())]
     blender: Option<PathBuf>,
     /// Longest that Blender may take, seconds
-    #[arg(long, value_name = "S", default_value_t = 600)]
+    #[arg(long, value_name = "S", default_value_t = 600,
+          value_parser = clap::value_parser!(u64).range(1..=MOST_SECONDS))]
     pub blender_timeout: u64,
     /// Do not use earlier results
     #[arg(long)]
@@ -73,9 +76,7 @@ impl InBlender {
     /// The Blender asked for. A path is made absolute, so that a record holds elsewhere; a name is
     /// looked up on PATH.
     pub fn blender(&self) -> Option<PathBuf> {
-        let is_name = |path: &&PathBuf| path.components().count() == 1;
-        let name = self.blender.as_ref().filter(is_name).cloned();
-        name.or_else(|| self.blender.as_deref().map(absolute))
+        self.blender.as_deref().map(named)
     }
 
     /// Does the work with the cache, or with an empty one of its own.
@@ -87,7 +88,7 @@ impl InBlender {
         if !self.no_cache {
             return work(cache);
         }
-        let folder = scratch()?;
+        let folder = Scratch::temporary()?;
         work(&cache.other_results(folder.path().to_owned()))
     }
 }
@@ -149,15 +150,14 @@ pub fn utf8_path() -> impl TypedValueParser<Value = PathBuf> {
     StringValueParser::new().map(PathBuf::from)
 }
 
+/// A program: its absolute path, or a name to look up on PATH.
+pub fn named(program: &Path) -> PathBuf {
+    if program.components().count() == 1 { program.to_owned() } else { absolute(program) }
+}
+
 /// A path that holds in any folder.
 pub fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
-}
-
-/// A folder that is removed when it goes out of scope.
-pub fn scratch() -> Result<tempfile::TempDir, Error> {
-    let failed = |source| OutputError { path: std::env::temp_dir(), source };
-    Ok(tempfile::tempdir().map_err(failed)?)
 }
 
 /// The ending of a file's name, in lower case.

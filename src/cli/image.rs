@@ -7,6 +7,7 @@ use super::{Context, Outcome, print, print_json};
 use crate::products::image::{self, Asked, MOST_PATHS, Made};
 use crate::scene::Scene;
 use crate::support::error::Status;
+use crate::support::lock::Lock;
 use crate::support::monitor::Step;
 use crate::tracer::trace;
 
@@ -71,6 +72,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         scene.sensor.get_or_insert_default().pixels = pixels;
     }
     // Before the work, not after it.
+    let _lock = Lock::of(&args.out)?;
     image::may_write(&args.out)?;
     let asked = Asked {
         noise: args.noise,

@@ -31,7 +31,7 @@ use serde::Serialize;
 use crate::support::cache::Cache;
 use crate::support::error::{Error, Status};
 use crate::support::output::OutputError;
-use terminal::Terminal;
+use terminal::{Terminal, escaped, one_line, tell};
 
 /// Thermal-infrared signatures of soil from the geometry of its grains
 #[derive(Parser)]
@@ -115,9 +115,9 @@ pub fn run() -> ExitCode {
     match result {
         Ok(status) => status.map_or(ExitCode::SUCCESS, |status| ExitCode::from(status as u8)),
         Err(error) => {
-            eprintln!("error: {error}");
+            tell(&one_line(&format!("error: {error}")));
             if let Some(hint) = error.hint() {
-                eprintln!("  hint: {hint}");
+                tell(&one_line(&format!("  hint: {hint}")));
             }
             ExitCode::from(error.status() as u8)
         }
@@ -129,10 +129,10 @@ fn usage(problem: &str) -> ! {
     Cli::command().error(clap::error::ErrorKind::ValueValidation, problem).exit()
 }
 
-/// Prints to standard output. A closed pipe is no failure: its reader has read enough.
+/// Prints to standard output, with names of others made harmless. A closed pipe is no failure: its reader has read enough.
 fn print(text: &str) -> Result<(), Error> {
     let mut out = std::io::stdout();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(escaped(text).as_bytes()).and_then(|()| out.flush()) {
         Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(OutputError { path: "standard output".into(), source }.into())
         }

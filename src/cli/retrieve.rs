@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::arguments::{Assumptions, ending, kelvin};
+use super::terminal::tell;
 use super::{Context, Outcome, print, usage};
 use crate::products::cube::Cube;
 use crate::products::retrieve::{self, Known, RadianceError, Sky, Target};
@@ -97,7 +98,7 @@ fn of_spectrum(args: &Args, known: &Known, read: Vec<PathBuf>) -> Result<(), Err
         // The numbers themselves are the answer.
         None => print(&spectrum.csv_text())?,
     }
-    eprint!("{}", spectrum.in_words(known));
+    tell(spectrum.in_words(known).trim_end());
     Ok(())
 }
 
@@ -137,8 +138,8 @@ fn of_image(
     print(&format!("emissivity of {samples} x {lines} pixels in {bands} bands\n"))?;
     print(&format!("result in {}\n", out.display()))?;
     if let Some(beside) = beside {
-        eprintln!("the standard error of the radiance is that of {beside}");
+        tell(&format!("the standard error of the radiance is that of {beside}"));
     }
-    eprint!("{}", image.statement);
+    tell(image.statement.trim_end());
     Ok(())
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::arguments::{Assumptions, Bands, ChartFile, file_of, kelvin, spectrum};
+use super::terminal::tell;
 use super::{Context, Outcome, print, spectra, usage};
 use crate::draw::plot;
 use crate::radiometry::{Atmosphere, SkyTable, Temperature};
@@ -78,7 +79,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         print(&format!("result in {}\n", path.display()))?;
     } else {
         for warning in &report.reached.warnings {
-            eprintln!("warning: {warning}");
+            tell(&format!("warning: {warning}"));
         }
         print(&csv)?;
     }
@@ -86,7 +87,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         output::bytes(path, report.budget.csv_text().as_bytes())?;
     }
     for line in Retrieval::new(&tables[0], bands, assumed).lines() {
-        eprintln!("{line}");
+        tell(&line);
     }
     if let Some(file) = chart_file {
         let versions = BTreeMap::from([("soilsig".into(), env!("CARGO_PKG_VERSION").into())]);

@@ -7,6 +7,7 @@ mod mesh;
 use glam::{DAffine3, DVec3, Vec3};
 
 use crate::scene::{Sides, View};
+use crate::support::math;
 
 pub use mesh::Mesh;
 pub(crate) use mesh::cross;
@@ -118,7 +119,8 @@ impl Bed {
 /// Unit vector to the sensor.
 pub fn to_sensor(view: View) -> DVec3 {
     let (zenith, azimuth) = (view.zenith_deg.to_radians(), view.azimuth_deg.to_radians());
-    DVec3::new(zenith.sin() * azimuth.cos(), zenith.sin() * azimuth.sin(), zenith.cos())
+    let ((sin_z, cos_z), (sin_a, cos_a)) = (math::sin_cos(zenith), math::sin_cos(azimuth));
+    DVec3::new(sin_z * cos_a, sin_z * sin_a, cos_z)
 }
 
 /// Most placements of a bed, and most triangles of a mesh: the tracer numbers them with 25 bits, the

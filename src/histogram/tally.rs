@@ -6,6 +6,8 @@ use std::f64::consts::FRAC_PI_2;
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
+use crate::support::math;
+
 /// The hits of a path as numbers, in a form that [`Kept`] describes.
 pub type State = Box<[u16]>;
 
@@ -211,7 +213,7 @@ impl Tally {
         }
         self.escaped_downward += if cosine < 0.0 { parts } else { 0 };
         let zenith = (self.kept.zeniths > 1)
-            .then(|| bin(self.kept.zeniths, cosine.clamp(0.0, 1.0).acos() / FRAC_PI_2));
+            .then(|| bin(self.kept.zeniths, math::acos(cosine.clamp(0.0, 1.0)) / FRAC_PI_2));
         let counts = [&mut self.by_group.escaped, &mut self.by_cell.escaped];
         self.current.count(self.kept, zenith, parts as i64, counts);
     }

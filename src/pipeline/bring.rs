@@ -25,8 +25,9 @@ impl Run<'_> {
         self.folder.keeps_inputs(&[&self.of_packing(0, "scene.json")])?;
         let step = self.folder.begin("drop");
         let monitor = self.folder.monitor;
+        let limit = Duration::from_secs(self.options.blender_timeout_s);
         let blender =
-            blender::find(self.options.blender.as_deref(), self.cache.blenders(), monitor)?;
+            blender::find(self.options.blender.as_deref(), self.cache.blenders(), limit, monitor)?;
         if let Some(warning) = blender.warning() {
             monitor.say(&format!("warning: {warning}"));
         }
@@ -55,11 +56,10 @@ impl Run<'_> {
             own_grains: library,
             seeds: &seeds,
             of_first: &extra,
-            time_limit: Duration::from_secs(self.options.blender_timeout_s),
+            time_limit: limit,
         };
-        let log = |i: usize| self.folder.place(&self.of_packing(i, "blender.log"));
+        let log = |number: usize| self.folder.running_log(number);
         let made = order.beds(self.cache, &log, &step)?;
-        self.folder.begin_to_write()?;
         let mut beds = Vec::new();
         for (i, made) in made.iter().enumerate() {
             beds.push(self.bring_bed(i, made, prepared, packing)?);

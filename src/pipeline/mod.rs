@@ -6,9 +6,10 @@ mod folder;
 mod options;
 mod planned;
 pub mod record;
+mod result;
 mod results;
 
-use std::path::{Component, Path};
+use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
@@ -23,14 +24,15 @@ use crate::signature::plan::PILOT;
 use crate::spectrum;
 use crate::support::cache::Cache;
 use crate::support::error::Error;
+use crate::support::lock::Lock;
 use crate::support::monitor::Monitor;
-use crate::support::output;
+use crate::support::{output, scratch};
 use crate::table::Prepared;
 use crate::table::Table;
 use crate::tracer::Tracer;
 
 pub use error::PipelineError;
-pub use options::{Auto, HowMany, Options, Source};
+pub use options::{Auto, HowMany, MOST_SECONDS, Options, Source};
 
 /// Files of every result.
 const WRITTEN: [&str; 7] = [
@@ -40,14 +42,14 @@ const WRITTEN: [&str; 7] = [
     "budget.csv",
     "table.json",
     "patch.png",
-    "run.json",
+    RUN,
 ];
 
-/// Runs the pipeline; all files go below `out`.
+/// Runs the pipeline; all files go below `out`, which no other run may write to meanwhile.
 ///
-/// `run.json` is removed before the first result is written, and written last: where it is, the
-/// result is whole. A run that fails before it has a result leaves an earlier one alone; one that
-/// succeeds removes the files that only the earlier one had.
+/// The files are put into their places when all of them are there, `run.json` last: where it is, the
+/// result is whole. A run that fails leaves an earlier result as it was; one that succeeds removes
+/// the files that only the earlier one had.
 pub fn run(
     options: &Options,
     command: Vec<String>,
@@ -55,8 +57,10 @@ pub fn run(
     cache: &Cache,
     monitor: &dyn Monitor,
 ) -> Result<Record, Error> {
-    output::folder(out)?;
-    let earlier = Record::read(&out.join("run.json")).ok();
+    let _lock = Lock::of(out)?;
+    scratch::clear_temporary();
+    let new = result::begin(out)?;
+    let earlier = Record::read(&out.join(RUN)).ok();
     let mut record = Record::new(command, options);
     let mut curves = Vec::new();
     let scenes = scenes(&options.source, &mut record)?;
@@ -64,30 +68,19 @@ pub fn run(
     for scene in scenes {
         let name = scene.name.clone();
         let below = if several { &*name } else { "" };
-        let folder = Folder { out, below, record: &mut record, monitor };
+        let folder = Folder { out, new: new.path(), below, record: &mut record, monitor };
         curves.push(Run::new(options, cache, folder).scene(scene)?);
     }
     if several {
-        let folder = Folder { out, below: "", record: &mut record, monitor };
+        let folder = Folder { out, new: new.path(), below: "", record: &mut record, monitor };
         Run::new(options, cache, folder).draw_all(&curves)?;
     }
-    for file in earlier.iter().flat_map(|earlier| earlier.outputs.keys()) {
-        // Others may have edited the record: only plain names below the folder are its files.
-        let below = Path::new(file).components().all(|part| matches!(part, Component::Normal(_)));
-        let path = out.join(file);
-        // A bed of the earlier run may be an input of this one.
-        let is_input = |path: &Path| {
-            let same =
-                |input: &String| Path::new(input).canonicalize().ok() == path.canonicalize().ok();
-            record.inputs.keys().any(same)
-        };
-        if below && !record.outputs.contains_key(file) && path.exists() && !is_input(&path) {
-            output::remove(&path)?;
-        }
-    }
-    record.write(&out.join("run.json"))?;
+    result::put(&record, earlier.as_ref(), &new, out)?;
     Ok(record)
 }
+
+/// The record's file.
+const RUN: &str = "run.json";
 
 /// The scenes of a source, recorded with their SHA-256.
 fn scenes(source: &Source, record: &mut Record) -> Result<Vec<Scene>, Error> {

@@ -47,7 +47,6 @@ impl Run<'_> {
                 Ok(made)
             })
             .collect::<Result<_, Error>>()?;
-        self.folder.begin_to_write()?;
         let mut tables = Vec::new();
         for (i, made) in made.iter().enumerate() {
             let name = self.of_packing(i, "table.json");

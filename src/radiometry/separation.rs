@@ -9,6 +9,8 @@ use super::{
     planck_derivative,
 };
 
+use crate::support::math;
+
 /// A method of temperature-emissivity separation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
@@ -86,7 +88,7 @@ pub fn separate(
         ..*b
     };
     let moved = of(&bands.iter().map(brighter).collect::<Vec<_>>())?;
-    Ok(Temperature { error_k: found.error_k.hypot(moved.k - found.k), ..found })
+    Ok(Temperature { error_k: math::hypot(found.error_k, moved.k - found.k), ..found })
 }
 
 fn refused(method: Method, problem: impl Into<String>) -> RadiometryError {
@@ -118,7 +120,7 @@ impl Band {
         let noise_k = sum(|band| band.noise_k.powi(2)).sqrt() / n;
         Temperature {
             k: sum(|band| band.k) / n,
-            error_k: noise_k.hypot(sum(|band| band.common_k) / n),
+            error_k: math::hypot(noise_k, sum(|band| band.common_k) / n),
         }
     }
 }
@@ -196,7 +198,7 @@ fn nem(bands: &[Measured], assumed: Assumed) -> Result<Temperature, RadiometryEr
         return Err(too_faint());
     }
     let blackest = greatest(&e);
-    let least_by_contrast = 0.994 - 0.687 * ((e[blackest] - least) / mean).powf(0.737);
+    let least_by_contrast = 0.994 - 0.687 * math::pow((e[blackest] - least) / mean, 0.737);
     let of_blackest = (e[blackest] / least * least_by_contrast).min(1.0);
     let about: Vec<Band> = within
         .iter()

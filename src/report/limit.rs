@@ -4,6 +4,7 @@ use super::Reached;
 use super::terminal::{number, span};
 use crate::histogram::estimate;
 use crate::signature::Window;
+use crate::support::math;
 use crate::table::StopReason;
 
 /// Wall time of the stages that more beds or rays would repeat, seconds.
@@ -98,7 +99,7 @@ fn gives(r: &Reached, window: &Window, half_width: f64, seconds: Option<f64>) ->
 
 /// Two significant digits, rounded down, but for what rounding to a double takes away.
 fn two_digits(x: f64) -> f64 {
-    let unit = 10f64.powi(1 - x.log10().floor() as i32);
+    let unit = 10f64.powi(1 - math::log10(x).floor() as i32);
     (x * unit + 1e-9).floor() / unit
 }
 

@@ -32,6 +32,8 @@ pub fn blocks(scenes: &[Scene], with_details: bool) -> String {
         if with_details {
             lines.extend(details::lines(r));
         }
+        // A name of a stranger's scene is no line of its own.
+        let name = name.replace('\n', " ");
         format!("{name:width$}   {}\n", lines.join(&format!("\n{:width$}   ", "")))
     };
     scenes.iter().map(block).collect::<Vec<_>>().concat()

@@ -7,6 +7,7 @@ use super::Reached;
 use crate::radiometry::Lit;
 use crate::signature::Band;
 use crate::spectrum::Spectrum;
+use crate::support::math;
 use crate::table::warning::Warning;
 use crate::table::{StopReason, Table};
 
@@ -124,7 +125,7 @@ fn zenith_bins(table: &Table, bands: &[Band]) -> Option<f64> {
 /// band.
 fn grazing_bins(table: &Table, bands: &[Band]) -> Option<f64> {
     let cosines = f64::from(table.histogram.kept.cosines);
-    let bin = (table.view.zenith_deg.to_radians().cos() * cosines).floor().min(cosines - 1.0);
+    let bin = (math::cos(table.view.zenith_deg.to_radians()) * cosines).floor().min(cosines - 1.0);
     let change = |spectrum: &Spectrum, um: f64| {
         let at = |edge: f64| spectrum.reflectance_at(um, edge / cosines).unwrap_or(0.0);
         (at(bin) - at(bin + 1.0)).abs() / 2.0

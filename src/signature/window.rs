@@ -15,6 +15,7 @@ use crate::histogram::{Estimate, Mean};
 use crate::scene::Origin;
 use crate::spectrum::features::{RESTSTRAHLEN_WINDOW_UM, TRANSPARENCY_WINDOW_UM, window_mean};
 use crate::support::error::Error;
+use crate::support::math;
 use crate::support::statistics::{T_95, quantile_95};
 use crate::table::Table;
 
@@ -132,7 +133,7 @@ impl Window {
 
     /// The half-width with other half-widths of packings and rays, and the same bounds.
     pub fn with(&self, packings: f64, rays: f64) -> f64 {
-        packings.hypot(rays) + self.rim.unwrap_or(0.0) + self.floor + self.given_up
+        math::hypot(packings, rays) + self.rim.unwrap_or(0.0) + self.floor + self.given_up
     }
 }
 

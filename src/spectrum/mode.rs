@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Spectrum, SpectrumError, kirchhoff};
 
+use crate::support::math;
+
 /// Where the reflectance of facets comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -63,7 +65,7 @@ impl Spectrum {
             Self::Inverted(powder, bed) => {
                 let reflectance = kirchhoff(powder.emissivity(um)?);
                 let facet = |rho: f64| bed.facet(rho.clamp(0.0, 1.0)).unwrap_or(1.0);
-                let error = powder.error(um)?.hypot(bed.standard_error);
+                let error = math::hypot(powder.error(um)?, bed.standard_error);
                 (facet(reflectance + error) - facet(reflectance - error)) / 2.0
             }
         })

@@ -1,11 +1,13 @@
 //! Spectra at other wavelengths: by point, or as the bands of a sensor see them.
 
+use std::f64::consts::LN_2;
 use std::path::Path;
 
 use super::format::{Reading, read_one};
 use super::{Quantity, Spectrum, SpectrumError};
 use crate::support::file_error::FileError;
 use crate::support::linear::{ends, interpolate};
+use crate::support::math;
 
 /// Wavelengths that a response may have, um.
 const REACH_UM: [f64; 2] = [0.01, 1e4];
@@ -36,12 +38,12 @@ impl Response {
     /// A Gaussian response, cut where it falls to 1e-4 of its maximum; `fwhm_um` is its full width
     /// at half maximum, above 0.
     pub fn gaussian(centre_um: f64, fwhm_um: f64) -> Self {
-        let half_um = fwhm_um / 2.0 * (1e4_f64.ln() / 2_f64.ln()).sqrt();
+        let half_um = fwhm_um / 2.0 * (math::log(1e4) / LN_2).sqrt();
         let (wavelength_um, weight) = (-60..=60)
             .map(|i| {
                 let from_centre_um = half_um * f64::from(i) / 60.0;
                 let halves = 2.0 * from_centre_um / fwhm_um;
-                (centre_um + from_centre_um, (-2_f64.ln() * halves * halves).exp())
+                (centre_um + from_centre_um, math::exp(-LN_2 * halves * halves))
             })
             .unzip();
         Self { wavelength_um, weight }

@@ -83,6 +83,19 @@ impl Error {
         self.0.status()
     }
 
+    /// The failure itself, if it is of this kind.
+    ///
+    /// # Errors
+    /// This error, if it is of another kind.
+    pub fn downcast<E: Failure>(self) -> Result<E, Self> {
+        let failure: &(dyn std::error::Error + 'static) = &*self.0;
+        if !failure.is::<E>() {
+            return Err(self);
+        }
+        let failure: Box<dyn std::error::Error> = self.0;
+        Ok(*failure.downcast().expect("it is of this kind"))
+    }
+
     /// Whether the user asked to stop.
     pub fn is_interruption(&self) -> bool {
         self.status() == Status::Interrupted

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::geometry::{Bed, Mesh, Placement, cross};
 use crate::scene::{Origin, Sides};
+use crate::support::math;
 use crate::support::random::{Purpose, Source};
 use crate::table::warning::Warning;
 use crate::tracer::Tracer;
@@ -53,7 +54,7 @@ pub(super) fn of_bed(tracer: &Tracer, origin: Origin, longest_um: f64, seed: u64
         warnings.push(Warning::Holes { mesh: mesh.name.clone(), edges, of });
     }
     if let Some((mesh, curved)) = worst(&|m| m.quality.curved, NOTABLY_CURVED) {
-        let angle_deg = (1.0 - curved).acos().to_degrees();
+        let angle_deg = math::acos(1.0 - curved).to_degrees();
         warnings.push(Warning::Coarse { mesh: mesh.name.clone(), angle_deg });
     }
     let bodies: Vec<Body> = bed.placements.par_iter().map(|place| Body::new(bed, place)).collect();

@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec2, DVec3};
 
 use crate::histogram::tally::PARTS;
+use crate::support::math;
 use crate::tracer::field::Ray;
 use crate::tracer::rules::Facet;
 
@@ -30,7 +31,9 @@ impl Scatter {
     ) -> Self {
         let (tangent, bitangent) = normal.any_orthonormal_pair();
         let frame = DMat3::from_cols(tangent, bitangent, normal);
-        let on_circle = DVec2::from_angle(std::f64::consts::TAU * turn);
+        // glam's own `from_angle` would call the system's sine.
+        let (sin, cos) = math::sin_cos(std::f64::consts::TAU * turn);
+        let on_circle = DVec2::new(cos, sin);
         Self { ray, point, facet, frame, share, on_circle }
     }
 

@@ -146,6 +146,9 @@ pub fn trace(
         }
         _ => Ok(()),
     };
+    // The patch of a field is traced twice more, by as many paths.
+    let shares = if target.exactly.is_none() && empty.field.is_some() { 3.0 } else { 1.0 };
+    let target = Target { max_seconds: target.max_seconds.map(|s| s / shares), ..target };
     let request = until::Request {
         what,
         resume: earlier.as_ref(),

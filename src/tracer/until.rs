@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use crate::histogram::Histogram;
 use crate::histogram::tally::Tally;
 use crate::support::error::Error;
+use crate::support::math;
 use crate::support::monitor::Monitor;
 use crate::support::random::{LOT, Purpose};
 use crate::support::statistics::T_95;
@@ -178,7 +179,7 @@ fn paths_needed(tally: &Tally, request: &Request) -> (u64, bool) {
         return (tally.paths, reached);
     }
     let ratio = T_95 * weight.standard_error / room;
-    let needed = (met * ratio.powf(2.0 / EVENNESS)).max(least_met(tolerance)) * MARGIN;
+    let needed = (met * math::pow(ratio, 2.0 / EVENNESS)).max(least_met(tolerance)) * MARGIN;
     let paths = needed * tally.paths as f64 / met;
     ((paths.min(1e18) as u64).div_ceil(LOT) * LOT, reached)
 }

@@ -484,17 +484,17 @@ fn a_run_that_fails_leaves_an_earlier_result_alone_and_one_that_succeeds_replace
     assert!(files() == before, "a failed run changed an earlier result");
     // A record that names files of this run's, of an earlier one's and of nobody's.
     fs::write(place.path("mine"), "keep").expect("written");
-    fs::write(place.path("r/old.obj"), "stale").expect("written");
+    fs::write(place.path("r/scene.glb"), "stale").expect("written");
     let record = fs::read_to_string(place.path("r/run.json")).expect("written");
     let mut record: Value = serde_json::from_str(&record).expect("JSON");
-    let any = record["outputs"]["table.json"].clone();
     let absolute = place.path("mine").display().to_string();
-    for name in ["old.obj", "../mine", &absolute] {
-        record["outputs"][name] = any.clone();
+    for (name, file) in [("scene.glb", "r/scene.glb"), ("../mine", "mine"), (&*absolute, "mine")] {
+        let sum = soilsig::support::output::sha256_hex(&place.path(file)).expect("read");
+        record["outputs"][name] = serde_json::json!({"sha256": sum, "reproducible": true});
     }
     fs::write(place.path("r/run.json"), record.to_string()).expect("written");
     place.run(&["pipeline", "--scene", &scene, "--out", "r"], 0);
-    assert!(!place.path("r/old.obj").exists() && place.path("mine").exists());
+    assert!(!place.path("r/scene.glb").exists() && place.path("mine").exists());
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! All tests through the library and the program, as one binary: each file or folder is a subject.
 
+#![allow(clippy::disallowed_methods, reason = "tests write no results")]
+
 mod bed_warnings;
 mod blender_control;
 mod budget;
@@ -7,6 +9,7 @@ mod chart;
 mod chemistry;
 mod closed_forms;
 mod command_line;
+mod durable;
 mod dust;
 mod exports;
 mod failures;
@@ -26,7 +29,9 @@ mod own_spectra;
 mod packings;
 mod pictures;
 mod pipeline;
+mod places;
 mod precision;
+mod processors;
 mod python;
 mod radiometry;
 mod readers;
@@ -38,6 +43,7 @@ mod rules;
 mod separation;
 mod shards;
 mod spectra;
+mod strangers;
 mod stress;
 mod support;
 mod sureness;

@@ -201,7 +201,7 @@ mod tests {
         ]);
         assert_eq!(all.centres_um.len(), 13);
         let curve: Vec<f64> = all.nodes_um.iter().map(|um| um * um).collect();
-        let sigma = |fwhm_um: f64| fwhm_um / (8.0 * 2_f64.ln()).sqrt();
+        let sigma = |fwhm_um: f64| fwhm_um / (8.0 * std::f64::consts::LN_2).sqrt();
         let exact = [
             81.0 + 0.25 / 12.0,
             10.3 * 10.3 + sigma(0.2).powi(2),

@@ -6,6 +6,7 @@ use super::ImageError;
 use crate::draw::picture::camera::level;
 use crate::geometry::Bed;
 use crate::scene::{Optics, Sensor, Sides};
+use crate::support::math;
 use crate::tracer::footprint::Footprint;
 
 /// Pixels of a line without a sensor.
@@ -59,7 +60,7 @@ impl Camera {
                     let height_um = point.z - domain.max_um.z;
                     return Err(ImageError::Within { distance_um, height_um });
                 }
-                let width = 2.0 * (field_of_view_deg.to_radians() / 2.0).tan();
+                let width = 2.0 * math::tan(field_of_view_deg.to_radians() / 2.0);
                 let (right, up) = (width * right, width * aspect * up);
                 Rays::Through { point, corner: -to_sensor - (right + up) / 2.0, right, up }
             }

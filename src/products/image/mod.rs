@@ -201,5 +201,5 @@ fn warnings(table: &Table, bands: &Bands, is_bad: &[bool]) -> Vec<String> {
 /// The folder cannot be made, or a folder has the name of a file.
 pub fn may_write(out: &Path) -> Result<(), output::OutputError> {
     output::folder(out)?;
-    output::may_write(&out.join("image.nc"))
+    output::may_write(&output::within(out, "image.nc")?)
 }

@@ -7,6 +7,7 @@ use super::netcdf::{About, CUBES, MAPS, NetCdf};
 use super::pixel::Pixel;
 use crate::support::envi::{Contents, Image, Kind, band_names};
 use crate::support::error::Error;
+use crate::support::output;
 
 /// What the ENVI cubes hold, in the order of [`CUBES`].
 const QUANTITIES: [&str; 3] = [
@@ -35,7 +36,7 @@ impl<'a> Files<'a> {
             let kind = Kind::Image;
             let contents =
                 Contents { kind, quantity, size, names, wavelengths_um, widths_um, is_bad };
-            Image::new(&out.join(format!("{name}.img")), &contents)
+            Image::new(out, &format!("{name}.img"), &contents)
         };
         let cubes = CUBES.iter().zip(QUANTITIES);
         let names = band_names(about.wavelengths_um);
@@ -45,7 +46,7 @@ impl<'a> Files<'a> {
         Ok(Self {
             cubes: cubes.collect::<Result<_, _>>()?,
             maps: envi("maps", &quantity, &[], &MAPS.map(str::to_owned))?,
-            netcdf: NetCdf::new(&out.join("image.nc"), set, about)?,
+            netcdf: NetCdf::new(&output::within(out, "image.nc")?, set, about)?,
         })
     }
 

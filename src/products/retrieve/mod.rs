@@ -12,6 +12,7 @@ use crate::radiometry::{
 };
 use crate::support::csv::{Csv, decimals, radiance};
 use crate::support::error::Error;
+use crate::support::math;
 
 pub use image::{Image, RadianceError, image};
 
@@ -227,6 +228,6 @@ impl Spectrum {
         let Target::Given(given) = known.target else { return None };
         let found = separate(Method::Christiansen, &self.measured, known.assumed).ok()?;
         let apart = (found.k - given.k).abs();
-        (apart > 2.0 * found.error_k.hypot(given.error_k)).then_some(found)
+        (apart > 2.0 * math::hypot(found.error_k, given.error_k)).then_some(found)
     }
 }

@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::fresnel::{hemispherical_mean, unpolarised_reflectance};
 
+use crate::support::math;
+
 /// One damped harmonic oscillator of a dielectric function.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -79,7 +81,7 @@ impl Axis {
 
     /// The complex refractive index n + ik at a wavelength in um.
     pub fn index(&self, wavelength_um: f64) -> Complex64 {
-        self.dielectric(wavelength_um).sqrt()
+        math::sqrt(self.dielectric(wavelength_um))
     }
 }
 
@@ -115,7 +117,9 @@ impl UniaxialCrystal {
 
     /// Transmittance of a path within the crystal, um, with randomly oriented axes.
     pub fn transmittance(&self, wavelength_um: f64, path_um: f64) -> f64 {
-        self.mean(wavelength_um, |eps| (-4.0 * PI * eps.sqrt().im * path_um / wavelength_um).exp())
+        self.mean(wavelength_um, |eps| {
+            math::exp(-4.0 * PI * math::sqrt(eps).im * path_um / wavelength_um)
+        })
     }
 
     fn mean(&self, wavelength_um: f64, of: impl Fn(Complex64) -> f64) -> f64 {

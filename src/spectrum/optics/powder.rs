@@ -7,6 +7,8 @@ use serde::Deserialize;
 
 use super::{Axis, UniaxialCrystal, normal_reflectance};
 
+use crate::support::math;
+
 /// Parameters of [`PowderForm`], from a file in spectra/. Other keys of the file are for the script
 /// that fits them.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -123,7 +125,7 @@ impl PowderForm {
         let volume = self.parameters.volume.as_ref().map_or(0.0, |&Volume { b, r0, d_um, m }| {
             let transmitted = |index: Complex64| {
                 let x = 4.0 * PI * index.im * d_um / wavelength_um;
-                m.map_or_else(|| (-x).exp(), |m| (1.0 + x / m).powf(-m))
+                m.map_or_else(|| math::exp(-x), |m| math::pow(1.0 + x / m, -m))
             };
             let t = mean(transmitted(o), transmitted(e));
             b * (1.0 - rs) * t * rs / (rs + r0)

@@ -185,11 +185,11 @@ impl Trade {
     pub fn write(&self, tolerance: f64, folder: &Path) -> Result<(), Error> {
         output::folder(folder)?;
         let csv = csv(&self.settings, &self.reference);
-        output::bytes(&folder.join("chart.csv"), csv.as_bytes())?;
+        output::bytes(&output::within(folder, "chart.csv")?, csv.as_bytes())?;
         let svg = svg::trade_svg(self, tolerance, &machine())?;
-        output::bytes(&folder.join("chart.svg"), svg.as_bytes())?;
+        output::bytes(&output::within(folder, "chart.svg")?, svg.as_bytes())?;
         let png = plot::png(&svg, plot::PIXELS_PER_UNIT)?;
-        Ok(output::bytes(&folder.join("chart.png"), &png)?)
+        Ok(output::bytes(&output::within(folder, "chart.png")?, &png)?)
     }
 }
 

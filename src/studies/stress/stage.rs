@@ -9,6 +9,7 @@ use crate::signature::Band;
 use crate::support::error::{Error, Status};
 use crate::support::monitor::Monitor;
 use crate::support::output;
+use crate::support::scratch::Scratch;
 use crate::table::{Prepared, Table, Target};
 use crate::tracer::trace::{self, Request};
 
@@ -72,11 +73,11 @@ impl<'a> Stage<'a> {
 
     /// Does the work of `soilsig trace` and `soilsig signature` in a temporary folder.
     pub(super) fn run(&self) -> Result<Outcome, Error> {
-        let folder = output::temporary()?;
+        let folder = Scratch::temporary()?;
         let path = folder.path().join("scene.json");
-        output::bytes(&path, self.scene.to_string().as_bytes())?;
+        output::scratch(&path, self.scene.to_string())?;
         for (name, text) in &self.files {
-            output::bytes(&folder.path().join(name), text)?;
+            output::scratch(&folder.path().join(name), text)?;
         }
         let traced = || -> Result<Table, Error> {
             let scene = Scene::read(&path)?;

@@ -1,6 +1,7 @@
 //! What several tests share.
 
 mod bed;
+mod faults;
 mod measured;
 mod meshes;
 mod place;
@@ -10,6 +11,7 @@ mod tools;
 mod vectors;
 
 pub use bed::SmallBed;
+pub use faults::{Found, failing_library, found, killed_after, left_over};
 pub use measured::{Noise, l_sky, measured};
 pub use meshes::{
     PIT_CORNERS, PIT_FACES, area, facets, load, load_from, load_scene, pit_lines, scene_of,
