@@ -33,7 +33,8 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     budget: Option<PathBuf>,
     /// Another spectrum for a material: a shipped one's name, a file or a number, each after
-    /// inverted: to invert it by a pure bed; or fresnel:CONSTANTS
+    /// inverted: to invert it by a pure bed; fresnel:CONSTANTS; or a mix by area,
+    /// mix:SHARE*SPECTRUM+SHARE*SPECTRUM
     #[arg(long = "spectrum", value_name = "MATERIAL=SPECTRUM")]
     spectra: Vec<String>,
     /// Another temperature of the scene, K

@@ -80,12 +80,18 @@ pub fn of_result(
     );
     let span = [bands[0].wavelength_um, bands[bands.len() - 1].wavelength_um];
     for material in &table.materials {
-        if let Spectrum::Tabulated(points) = &material.spectrum
-            && let Some((error, at_um)) = points.sampling_error(span)
-            && error > tolerance
-        {
-            let spectrum = points.file.clone();
-            warnings.push(Warning::Undersampled { spectrum, error, at_um });
+        let components = match &material.spectrum {
+            Spectrum::Mix(mix) => mix.components().iter().map(|(s, of)| (*s, of)).collect(),
+            spectrum => vec![(1.0, spectrum)],
+        };
+        for (share, spectrum) in components {
+            if let Spectrum::Tabulated(points) = spectrum
+                && let Some((error, at_um)) = points.sampling_error(span)
+                && share * error > tolerance
+            {
+                let (spectrum, error) = (points.file.clone(), share * error);
+                warnings.push(Warning::Undersampled { spectrum, error, at_um });
+            }
         }
     }
     let zenith_deg = table.view.zenith_deg;

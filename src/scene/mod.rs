@@ -34,7 +34,8 @@ pub use packing::{
 pub use placed::{Domain, Floor, Instance, Origin, Placed, Prototype, Sides, UpAxis};
 pub use sensor::{Noise, Optics, Sensor, SensorBands};
 pub use sky::{Sky, SkyPoint, SkyRadiance};
-pub use source::{Inverted, SpectrumSource};
+pub(crate) use source::SHARES_ROUNDING;
+pub use source::{Component, Inverted, SpectrumSource};
 
 /// The format's version, the value of `soilsig_scene`.
 pub const FORMAT: u32 = 1;
@@ -249,13 +250,7 @@ impl Scene {
         let mut add =
             |label: String, path, is_table| files.push(SceneFile { path, label, is_table });
         for (i, material) in self.materials.iter_mut().enumerate() {
-            let (spectrum, tables) = material.spectrum.files_mut();
-            if let Some(path) = spectrum {
-                add(format!("spectrum_{i}"), path, false);
-            }
-            for (bed, path) in tables.iter_mut().enumerate() {
-                add(format!("pure_bed_{i}_{bed}"), path, true);
-            }
+            material.spectrum.files_mut(&i.to_string(), &mut add);
         }
         if let Some(sky) = &mut self.sky_radiance {
             add("sky".into(), sky.file_mut(), false);

@@ -3,6 +3,7 @@
 mod error;
 pub mod features;
 pub mod format;
+mod mix;
 mod mode;
 pub mod optics;
 mod pure_bed;
@@ -19,6 +20,7 @@ use crate::spectrum::optics::{PowderForm, UniaxialCrystal};
 use crate::support::linear::{OutOfRange, interpolate};
 
 pub use error::SpectrumError;
+pub use mix::Mix;
 pub use mode::{FacetSource, Mode};
 pub use pure_bed::PureBed;
 pub use shipped::{all, crystal};
@@ -46,6 +48,8 @@ pub enum Spectrum {
     Fresnel(String, Arc<UniaxialCrystal>),
     /// The facets of a powder: a bed of them alone has the emissivity of the powder's spectrum.
     Inverted(Box<Spectrum>, PureBed),
+    /// Patches of several kinds on each facet.
+    Mix(Mix),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -57,6 +61,14 @@ enum Stored {
     Fresnel(String),
     Crystal(Box<UniaxialCrystal>),
     Inverted { powder: Box<Stored>, pure_bed: PureBed },
+    Mix(Vec<StoredComponent>),
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredComponent {
+    share: f64,
+    spectrum: Stored,
 }
 
 impl From<Spectrum> for Stored {
@@ -71,6 +83,11 @@ impl From<Spectrum> for Stored {
             },
             Spectrum::Inverted(powder, pure_bed) => {
                 Self::Inverted { powder: Box::new((*powder).into()), pure_bed }
+            }
+            Spectrum::Mix(mix) => {
+                let stored =
+                    |(share, of): (f64, Spectrum)| StoredComponent { share, spectrum: of.into() };
+                Self::Mix(mix.into_components().into_iter().map(stored).collect())
             }
         }
     }
@@ -87,6 +104,11 @@ impl TryFrom<Stored> for Spectrum {
             Stored::Crystal(crystal) => Self::of_crystal(*crystal),
             Stored::Inverted { powder, pure_bed } => {
                 Self::Inverted(Box::new((*powder).try_into()?), pure_bed)
+            }
+            Stored::Mix(components) => {
+                let read = |of: StoredComponent| Ok((of.share, of.spectrum.try_into()?));
+                let components = components.into_iter().map(read);
+                Self::Mix(Mix::new(components.collect::<Result<_, SpectrumError>>()?))
             }
         })
     }
@@ -115,6 +137,7 @@ impl fmt::Display for Spectrum {
                 write!(f, "{name}, {}, Fresnel facets", crystal.title)
             }
             Self::Inverted(powder, _) => write!(f, "inverted: {powder}"),
+            Self::Mix(mix) => write!(f, "by area {}", mix.name()),
         }
     }
 }
@@ -147,6 +170,7 @@ impl Spectrum {
                 points.file
             )),
             Self::Inverted(powder, pure_bed) => powder.problem().or_else(|| pure_bed.problem()),
+            Self::Mix(mix) => mix.problem(),
             _ => None,
         }
     }
@@ -159,6 +183,7 @@ impl Spectrum {
             Self::Tabulated(points) => Some(points.range_um()),
             Self::Fresnel(_, crystal) => Some(crystal.range_um),
             Self::Inverted(powder, _) => powder.range_um(),
+            Self::Mix(mix) => mix.range_um(),
         }
     }
 
@@ -193,6 +218,8 @@ impl Spectrum {
                 })?;
                 kirchhoff(reflectance)
             }
+            // Shares that were rounded may add up to a little more than 1.
+            Self::Mix(mix) => mix.mean(|spectrum| spectrum.emissivity(wavelength_um))?.min(1.0),
         })
     }
 
@@ -217,6 +244,9 @@ impl Spectrum {
         let of = match self {
             Self::Tabulated(points) => &points.file,
             Self::Inverted(powder, _) => return powder.covers(needed_um),
+            Self::Mix(mix) => {
+                return mix.components().iter().try_for_each(|(_, of)| of.covers(needed_um));
+            }
             _ => self.name(),
         };
         let of = || format!("the spectrum of {of}");
@@ -228,6 +258,9 @@ impl Spectrum {
         self.covers([wavelength_um; 2])?;
         match self {
             Self::Inverted(powder, _) => powder.within_range(wavelength_um),
+            Self::Mix(mix) => {
+                mix.components().iter().try_for_each(|(_, of)| of.within_range(wavelength_um))
+            }
             Self::Tabulated(points) => points.gap_um(wavelength_um).map_or(Ok(()), |gap_um| {
                 let of = points.file.clone();
                 Err(SpectrumError::Gap { of, needed_um: wavelength_um, gap_um })
@@ -243,15 +276,17 @@ impl Spectrum {
             Self::Builtin(name, _) | Self::Fresnel(name, _) => name,
             Self::Tabulated(points) => points.name.as_deref().unwrap_or(&points.file),
             Self::Inverted(powder, _) => powder.name(),
+            Self::Mix(mix) => mix.name(),
         }
     }
 
     /// Warnings about its values.
-    pub fn warnings(&self) -> &[Warning] {
+    pub fn warnings(&self) -> Vec<&Warning> {
         match self {
-            Self::Tabulated(points) => &points.warnings,
+            Self::Tabulated(points) => points.warnings.iter().collect(),
             Self::Inverted(powder, _) => powder.warnings(),
-            _ => &[],
+            Self::Mix(mix) => mix.warnings(),
+            _ => Vec::new(),
         }
     }
 }

@@ -19,6 +19,8 @@ pub enum Mode {
     Fresnel,
     /// One number.
     Constant,
+    /// Several spectra, mixed by area.
+    Mix,
 }
 
 impl fmt::Display for Mode {
@@ -50,12 +52,14 @@ impl Spectrum {
             Self::Inverted(..) => Mode::Inverted,
             Self::Fresnel(..) => Mode::Fresnel,
             Self::Constant(_) => Mode::Constant,
+            Self::Mix(_) => Mode::Mix,
         }
     }
 
     /// Standard error of a facet's emissivity at a wavelength in um, as far as it is
     /// [known](Self::has_error): 0 where nothing is. For a fit it is the root mean square error.
-    /// For inverted facets it combines those of the powder and of the pure bed.
+    /// For inverted facets it combines those of the powder and of the pure bed. Those of a mix add
+    /// up, as if they were fully correlated.
     pub fn error(&self, um: f64) -> Result<f64, SpectrumError> {
         Ok(match self {
             Self::Builtin(_, form) => form.parameters.rms,
@@ -66,6 +70,7 @@ impl Spectrum {
                 let error = powder.error(um)?.hypot(bed.standard_error);
                 (facet(reflectance + error) - facet(reflectance - error)) / 2.0
             }
+            Self::Mix(mix) => mix.mean(|of| of.error(um))?,
         })
     }
 
@@ -76,6 +81,7 @@ impl Spectrum {
             Self::Constant(_) | Self::Builtin(..) => true,
             Self::Tabulated(_) | Self::Fresnel(..) => false,
             Self::Inverted(powder, _) => powder.has_error(),
+            Self::Mix(mix) => mix.components().iter().all(|(_, of)| of.has_error()),
         }
     }
 
@@ -98,6 +104,13 @@ impl Spectrum {
                                   grains"
                 .into(),
             Self::Constant(_) => "the same at every wavelength".into(),
+            Self::Mix(mix) => {
+                let means = |(share, of): &(f64, Self)| {
+                    format!("{share} {}: {}", of.name(), of.facets().means)
+                };
+                let of = mix.components().iter().map(means).collect::<Vec<_>>().join("; ");
+                format!("patches side by side on each facet, small against it; {of}")
+            }
         };
         FacetSource {
             mode: self.mode(),

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use crate::histogram::tally::Kept;
 use crate::histogram::{Estimate, Histogram, Mean};
-use crate::scene::{Inverted, Material, SpectrumSource};
+use crate::scene::{Component, Inverted, Material, SpectrumSource};
 use crate::spectrum::format::{self, Reading};
-use crate::spectrum::{PureBed, Spectrum, SpectrumError, kirchhoff};
+use crate::spectrum::{Mix, PureBed, Spectrum, SpectrumError, kirchhoff};
 use crate::support::error::Failure;
 use crate::support::file_error::FileError;
 use crate::table::{Table, TableError};
@@ -121,6 +121,13 @@ impl Spectrum {
                     PureBed::read(&tables)?
                 };
                 Self::Inverted(powder, pure_bed)
+            }
+            SpectrumSource::Mix(components) => {
+                let of = |Component { share, spectrum }: &Component| {
+                    Ok((*share, Self::resolve(spectrum, folder)?))
+                };
+                let components = components.iter().map(of).collect::<Result<_, ResolveError>>()?;
+                Self::Mix(Mix::new(components))
             }
         })
     }

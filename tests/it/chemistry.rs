@@ -281,6 +281,11 @@ fn a_result_says_where_facets_have_their_reflectance_from_and_what_that_means() 
         (json!({"inverted": {"spectrum": {"builtin": "quartz_fine"}}}), "inverted"),
         (json!({"fresnel": "quartz"}), "fresnel"),
         (json!({"constant": 0.9}), "constant"),
+        (
+            json!({"mix": [{"share": 0.7, "spectrum": {"builtin": "quartz_fine"}},
+                {"share": 0.3, "spectrum": {"constant": 0.95}}]}),
+            "mix",
+        ),
     ] {
         let scene = scene(&place, PLATE, &json!({"spectrum": spectrum}));
         let out = place.run(&["trace", &scene, "--out", "t.json", "--json"], 0).0;
@@ -288,6 +293,57 @@ fn a_result_says_where_facets_have_their_reflectance_from_and_what_that_means() 
         let facets = &reached["facets"]["quartz"];
         assert_eq!(facets["mode"], mode);
         said += &format!("{facets:#}\n");
+    }
+    assert_snapshot!(said);
+}
+
+/// Two facets face each other, so that a path meets several patches.
+#[test]
+fn a_mixed_facet_is_its_mean_by_area_in_the_scene_and_on_the_command_line() {
+    let place = Place::new();
+    fs::write(place.path("own.csv"), "8,0.2\n10,0.6\n").expect("written");
+    let mix = json!({"mix": [{"share": 0.25, "spectrum": {"file": "own.csv"}},
+        {"share": 0.75, "spectrum": {"constant": 0.8}}]});
+    let scene = scene(&place, GROOVE, &json!({"spectrum": mix}));
+    let range = ["--range", "9-9", "--paths", "20000"];
+    place.run(&[&["pipeline", "--scene", &scene, "--out", "r"], &range[..]].concat(), 0);
+    let table = Table::read(&place.path("r/table.json")).expect("a table");
+    let mixed = emissivity(&table, &[9.0])[0];
+    let mut mean = table.clone();
+    mean.materials[0].spectrum = Spectrum::Constant(0.25 * 0.4 + 0.75 * 0.8);
+    assert!((emissivity(&mean, &[9.0])[0] - mixed).abs() < 1e-12);
+    // The same by two materials of one bed: each hit draws its kind.
+    let [more, less] = [0.8, 0.4].map(|of| {
+        mean.materials[0].spectrum = Spectrum::Constant(of);
+        emissivity(&mean, &[9.0])[0]
+    });
+    assert!(mixed < 0.75 * more + 0.25 * less - 1e-4, "patches see each other: {mixed}");
+    let given = "quartz=mix:0.25*own.csv+0.75*0.8";
+    let args = ["signature", "r/table.json", "--range", "9-9", "--spectrum", given];
+    place.run(&[&args[..], &["--out", "s.csv"]].concat(), 0);
+    let [again, first] = ["s.csv", "r/signature.csv"]
+        .map(|file| fs::read_to_string(place.path(file)).expect("written"));
+    assert_eq!(again, first);
+}
+
+#[test]
+fn what_is_no_mix_is_refused_with_its_place() {
+    let place = Place::new();
+    let grey = json!({"constant": 0.5});
+    let mut said = String::new();
+    for mix in [
+        json!([]),
+        json!([{"share": 0.5, "spectrum": grey}, {"share": 0.4, "spectrum": grey}]),
+        json!([{"share": 0, "spectrum": grey}, {"share": 1, "spectrum": grey}]),
+        json!([{"share": 1, "spectrum": {"fresnel": "quartz"}}]),
+        json!([{"share": 1, "spectrum": {"constant": 1.5}}]),
+    ] {
+        let scene = scene(&place, PLATE, &json!({"spectrum": {"mix": mix}}));
+        said += &place.failed(&["trace", &scene, "--out", "t.json"]);
+    }
+    for given in ["mix:0.5*0.9", "mix:0.9", "mix:0.5*0.9+0.5*fresnel:quartz", "inverted:mix:1*0.9"]
+    {
+        said += &place.failed(&["spectra", "show", given]);
     }
     assert_snapshot!(said);
 }

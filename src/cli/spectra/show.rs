@@ -61,6 +61,7 @@ pub(super) fn summary(spectrum: &Spectrum) -> String {
         Spectrum::Inverted(powder, _) => {
             format!("facets of a bed with this spectrum: {}", summary(powder))
         }
+        Spectrum::Mix(_) => "patches side by side, mixed by area".into(),
     }
 }
 
@@ -90,6 +91,11 @@ pub(super) fn describe(spectrum: &Spectrum) -> String {
                 "  pure bed: {}, standard error {:.4}",
                 pure_bed.title, pure_bed.standard_error
             );
+        }
+        Spectrum::Mix(mix) => {
+            for (share, spectrum) in mix.components() {
+                let _ = writeln!(text, "  {share} {}: {}", spectrum.name(), summary(spectrum));
+            }
         }
         Spectrum::Constant(_) => {}
     }
