@@ -10,7 +10,7 @@ use clap::builder::{StringValueParser, TypedValueParser};
 use super::usage;
 use crate::draw::plot;
 use crate::radiometry::Assumed;
-use crate::scene::{Component, Grid, Inverted, Sky, SpectrumSource};
+use crate::scene::{Component, Constants, ConstantsFile, Grid, Inverted, Sky, SpectrumSource};
 use crate::spectrum::Spectrum;
 use crate::support::cache::Cache;
 use crate::support::error::Error;
@@ -174,7 +174,7 @@ pub fn spectrum_source(text: &str) -> SpectrumSource {
         }
         SpectrumSource::Constant(value)
     } else if let Some(constants) = text.strip_prefix("fresnel:") {
-        SpectrumSource::Fresnel(constants.to_owned())
+        SpectrumSource::Fresnel(constants_source(constants))
     } else if let Some(components) = text.strip_prefix("mix:") {
         let component = |text: &str| {
             let parts =
@@ -202,6 +202,15 @@ pub fn spectrum_source(text: &str) -> SpectrumSource {
         SpectrumSource::Builtin(text.to_owned())
     } else {
         SpectrumSource::File(text.into())
+    }
+}
+
+/// Optical constants on the command line: a shipped set's name, or a .json file.
+fn constants_source(text: &str) -> Constants {
+    if ending(Path::new(text)) == "json" {
+        Constants::File(ConstantsFile { file: text.into() })
+    } else {
+        Constants::Shipped(text.to_owned())
     }
 }
 

@@ -6,7 +6,7 @@
 use super::Reached;
 use crate::radiometry::Lit;
 use crate::signature::Band;
-use crate::spectrum::Spectrum;
+use crate::spectrum::{Mode, Spectrum};
 use crate::table::warning::Warning;
 use crate::table::{StopReason, Table};
 
@@ -43,11 +43,20 @@ pub(super) fn lines(r: &Reached) -> Vec<String> {
         let range = |[from, to]: &[f64; 2]| {
             if from == to { format!("{from}") } else { format!("{from}-{to}") }
         };
-        lines.push(format!(
-            "fresnel facets do not hold at {} um: grains let over 1 % of the light through, or \
-             measure below ten wavelengths",
-            r.not_valid_um.iter().map(range).collect::<Vec<_>>().join(", ")
-        ));
+        let at = r.not_valid_um.iter().map(range).collect::<Vec<_>>().join(", ");
+        let is_used = |mode| r.facets.values().any(|facets| facets.mode == mode);
+        if is_used(Mode::Fresnel) {
+            lines.push(format!(
+                "fresnel facets do not hold at {at} um: grains let over 1 % of the light through, \
+                 or measure below ten wavelengths"
+            ));
+        }
+        if is_used(Mode::Refractive) {
+            lines.push(format!(
+                "rays do not hold at {at} um: it takes wave optics, since grains measure below ten \
+                 wavelengths and their faces reflect much, or grains measure below half of one"
+            ));
+        }
     }
     for (share, least, what) in [
         (r.missed, 0.0, "of the sensor's rays meet nothing and are left out"),

@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::check::{Checked, need, within};
+use crate::support::statistics::SHARES_ROUNDING;
 
 /// The emissivity of a material's facets: one of these keys.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -20,14 +21,37 @@ pub enum SpectrumSource {
     File(PathBuf),
     /// The same emissivity at every wavelength, 0 to 1.
     Constant(f64),
-    /// Shipped optical constants: `quartz`, `quartz_zeidler` or `quartz_spitzer_kleinman`. Facets
-    /// are specular, with the Fresnel reflectance at the angle of each hit.
-    Fresnel(String),
+    /// Optical constants of a crystal, shipped or from a file. Facets are specular, with the Fresnel
+    /// reflectance at the angle of each hit.
+    Fresnel(Constants),
+    /// Optical constants of a crystal, shipped or from a file. Light passes through the facets: it is
+    /// refracted, absorbed within the grain, and leaves again.
+    Refractive(Constants),
     /// The facets of a powder: a bed of them alone has the emissivity of the powder's spectrum.
     Inverted(Inverted),
     /// Patches of several kinds on each facet, mixed by area: 1 to 100. Patches are small against
     /// the facet, and Lambertian: `fresnel` is not among them.
     Mix(Vec<Component>),
+}
+
+/// Optical constants: the name of a shipped set, or a file of one's own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(untagged)]
+pub enum Constants {
+    /// A shipped set: one that `soilsig spectra list` names.
+    Shipped(String),
+    /// A file of optical constants.
+    File(ConstantsFile),
+}
+
+/// A file of optical constants.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct ConstantsFile {
+    /// A JSON file with the dielectric function along each axis, relative to the scene file.
+    pub file: PathBuf,
 }
 
 /// A powder's spectrum, and the bed that its facets are found with.
@@ -57,9 +81,6 @@ pub struct Component {
 /// Most components of a mix.
 const MOST_COMPONENTS: usize = 100;
 
-/// Greatest difference of the sum of shares from 1.
-pub(crate) const SHARES_ROUNDING: f64 = 1e-6;
-
 impl SpectrumSource {
     /// Gives each file to `add`, with its label and whether it is a bounce table of a pure bed.
     /// `number` is that of the material.
@@ -81,7 +102,14 @@ impl SpectrumSource {
                     component.spectrum.files_mut(&format!("{number}_{i}"), add);
                 }
             }
-            Self::Builtin(_) | Self::Constant(_) | Self::Fresnel(_) => {}
+            Self::Fresnel(Constants::File(ConstantsFile { file }))
+            | Self::Refractive(Constants::File(ConstantsFile { file })) => {
+                add(format!("constants_{number}"), file, false);
+            }
+            Self::Builtin(_)
+            | Self::Constant(_)
+            | Self::Fresnel(Constants::Shipped(_))
+            | Self::Refractive(Constants::Shipped(_)) => {}
         }
     }
 
@@ -107,7 +135,7 @@ impl SpectrumSource {
                 inverted.spectrum.check(&place)
             }
             Self::Mix(components) => check_mix(components, &format!("{place}.mix")),
-            Self::Builtin(_) | Self::File(_) | Self::Fresnel(_) => Ok(()),
+            Self::Builtin(_) | Self::File(_) | Self::Fresnel(_) | Self::Refractive(_) => Ok(()),
         }
     }
 }
@@ -121,8 +149,10 @@ fn check_mix(components: &[Component], place: &str) -> Checked {
             format!("{share} is not above 0 and at most 1")
         })?;
         let place = format!("{place}.spectrum");
-        let is_lambertian =
-            !matches!(spectrum, SpectrumSource::Fresnel(_) | SpectrumSource::Mix(_));
+        let is_lambertian = !matches!(
+            spectrum,
+            SpectrumSource::Fresnel(_) | SpectrumSource::Refractive(_) | SpectrumSource::Mix(_)
+        );
         need(is_lambertian, &place, || {
             "a component is Lambertian: builtin, file, constant or inverted. Give mirrors a \
              material of their own"

@@ -1,7 +1,7 @@
 //! Facets of several kinds of patches, mixed by area.
 
 use super::{Spectrum, SpectrumError, Warning};
-use crate::scene::SHARES_ROUNDING;
+use crate::support::statistics::SHARES_ROUNDING;
 
 /// Patches of several kinds on each facet.
 ///
@@ -67,7 +67,7 @@ impl Mix {
             return Some(format!("the shares of the mix {} do not add up to 1", self.name));
         }
         let is_lambertian =
-            |spectrum: &Spectrum| !matches!(spectrum, Spectrum::Fresnel(..) | Spectrum::Mix(_));
+            |spectrum: &Spectrum| !spectrum.is_angular() && !matches!(spectrum, Spectrum::Mix(_));
         if !self.components.iter().all(|(_, spectrum)| is_lambertian(spectrum)) {
             return Some(format!("a component of the mix {} is not Lambertian", self.name));
         }

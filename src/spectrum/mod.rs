@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::spectrum::optics::{PowderForm, UniaxialCrystal};
+use crate::spectrum::optics::{Crystal, PowderForm};
 use crate::support::linear::{OutOfRange, interpolate};
 
 pub use error::SpectrumError;
@@ -43,9 +43,12 @@ pub enum Spectrum {
     Builtin(String, Box<PowderForm>),
     /// Points with straight lines between them.
     Tabulated(Tabulated),
-    /// Specular facets by shipped optical constants, with their name. Their reflectance depends on
-    /// the angle of incidence.
-    Fresnel(String, Arc<UniaxialCrystal>),
+    /// Specular facets by optical constants, with their name. Their reflectance depends on the angle
+    /// of incidence.
+    Fresnel(String, Arc<Crystal>),
+    /// Facets through which light passes, by optical constants, with their name. What is said of them
+    /// without a bed is their reflectance from outside.
+    Refractive(String, Arc<Crystal>),
     /// The facets of a powder: a bed of them alone has the emissivity of the powder's spectrum.
     Inverted(Box<Spectrum>, PureBed),
     /// Patches of several kinds on each facet.
@@ -59,7 +62,9 @@ enum Stored {
     Builtin(String),
     Tabulated(Tabulated),
     Fresnel(String),
-    Crystal(Box<UniaxialCrystal>),
+    Crystal(Box<Crystal>),
+    Refractive(String),
+    RefractiveCrystal(Box<Crystal>),
     Inverted { powder: Box<Stored>, pure_bed: PureBed },
     Mix(Vec<StoredComponent>),
 }
@@ -80,6 +85,10 @@ impl From<Spectrum> for Stored {
             Spectrum::Fresnel(name, of) => match crystal(&name) {
                 Ok(shipped) if *shipped == *of => Self::Fresnel(name),
                 _ => Self::Crystal(Box::new(Arc::unwrap_or_clone(of))),
+            },
+            Spectrum::Refractive(name, of) => match crystal(&name) {
+                Ok(shipped) if *shipped == *of => Self::Refractive(name),
+                _ => Self::RefractiveCrystal(Box::new(Arc::unwrap_or_clone(of))),
             },
             Spectrum::Inverted(powder, pure_bed) => {
                 Self::Inverted { powder: Box::new((*powder).into()), pure_bed }
@@ -102,6 +111,8 @@ impl TryFrom<Stored> for Spectrum {
             Stored::Tabulated(points) => Self::Tabulated(points),
             Stored::Fresnel(name) => Self::fresnel(&name)?,
             Stored::Crystal(crystal) => Self::of_crystal(*crystal),
+            Stored::Refractive(name) => Self::refractive(&name)?,
+            Stored::RefractiveCrystal(crystal) => Self::into_crystal(*crystal),
             Stored::Inverted { powder, pure_bed } => {
                 Self::Inverted(Box::new((*powder).try_into()?), pure_bed)
             }
@@ -136,6 +147,9 @@ impl fmt::Display for Spectrum {
             Self::Fresnel(name, crystal) => {
                 write!(f, "{name}, {}, Fresnel facets", crystal.title)
             }
+            Self::Refractive(name, crystal) => {
+                write!(f, "{name}, {}, refractive facets", crystal.title)
+            }
             Self::Inverted(powder, _) => write!(f, "inverted: {powder}"),
             Self::Mix(mix) => write!(f, "by area {}", mix.name()),
         }
@@ -149,8 +163,23 @@ impl Spectrum {
     }
 
     /// Facets that reflect specularly by the optical constants of any crystal.
-    pub fn of_crystal(crystal: UniaxialCrystal) -> Self {
+    pub fn of_crystal(crystal: Crystal) -> Self {
         Self::Fresnel(crystal.title.clone(), Arc::new(crystal))
+    }
+
+    /// Facets that let light through, by shipped optical constants.
+    pub fn refractive(constants: &str) -> Result<Self, SpectrumError> {
+        Ok(Self::Refractive(constants.to_owned(), Arc::new(crystal(constants)?.clone())))
+    }
+
+    /// Facets that let light through, by the optical constants of any crystal.
+    pub fn into_crystal(crystal: Crystal) -> Self {
+        Self::Refractive(crystal.title.clone(), Arc::new(crystal))
+    }
+
+    /// Whether light passes through the facets.
+    pub fn is_refractive(&self) -> bool {
+        matches!(self, Self::Refractive(..))
     }
 
     /// A shipped spectrum by name.
@@ -181,7 +210,7 @@ impl Spectrum {
             Self::Constant(_) => None,
             Self::Builtin(_, form) => Some(form.parameters.range_um),
             Self::Tabulated(points) => Some(points.range_um()),
-            Self::Fresnel(_, crystal) => Some(crystal.range_um),
+            Self::Fresnel(_, crystal) | Self::Refractive(_, crystal) => Some(crystal.range_um),
             Self::Inverted(powder, _) => powder.range_um(),
             Self::Mix(mix) => mix.range_um(),
         }
@@ -190,7 +219,7 @@ impl Spectrum {
     /// Whether the reflectance depends on the angle of incidence. Such facets are specular and
     /// others Lambertian, unless the scene says otherwise.
     pub fn is_angular(&self) -> bool {
-        matches!(self, Self::Fresnel(..))
+        matches!(self, Self::Fresnel(..) | Self::Refractive(..))
     }
 
     /// Emissivity at a wavelength in um, 0 to 1. If it depends on the angle, this is the
@@ -206,7 +235,7 @@ impl Spectrum {
             Self::Tabulated(points) => {
                 interpolate(&points.wavelength_um, &points.emissivity, wavelength_um)
             }
-            Self::Fresnel(_, crystal) => {
+            Self::Fresnel(_, crystal) | Self::Refractive(_, crystal) => {
                 kirchhoff(crystal.hemispherical_reflectance(wavelength_um))
             }
             Self::Inverted(powder, pure_bed) => {
@@ -231,7 +260,7 @@ impl Spectrum {
     /// As for [`Self::emissivity`].
     pub fn reflectance_at(&self, wavelength_um: f64, cosine: f64) -> Result<f64, SpectrumError> {
         match self {
-            Self::Fresnel(_, crystal) => {
+            Self::Fresnel(_, crystal) | Self::Refractive(_, crystal) => {
                 self.within_range(wavelength_um)?;
                 Ok(crystal.reflectance(wavelength_um, cosine))
             }
@@ -273,7 +302,7 @@ impl Spectrum {
     pub fn name(&self) -> &str {
         match self {
             Self::Constant(_) => "constant",
-            Self::Builtin(name, _) | Self::Fresnel(name, _) => name,
+            Self::Builtin(name, _) | Self::Fresnel(name, _) | Self::Refractive(name, _) => name,
             Self::Tabulated(points) => points.name.as_deref().unwrap_or(&points.file),
             Self::Inverted(powder, _) => powder.name(),
             Self::Mix(mix) => mix.name(),
@@ -362,7 +391,7 @@ mod tests {
             Spectrum::builtin("quartz_coarse").expect("shipped"),
             Spectrum::Tabulated(tabulated),
             Spectrum::fresnel("quartz").expect("shipped"),
-            Spectrum::of_crystal(UniaxialCrystal {
+            Spectrum::of_crystal(Crystal {
                 title: "half".into(),
                 ..crystal("quartz_zeidler").expect("shipped").clone()
             }),

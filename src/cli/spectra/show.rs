@@ -50,6 +50,10 @@ pub(super) fn summary(spectrum: &Spectrum) -> String {
                 p.range_um[1]
             )
         }
+        Spectrum::Refractive(_, crystal) => format!(
+            "{}; facets that let light through, nothing fitted, {}-{} um",
+            crystal.title, crystal.range_um[0], crystal.range_um[1]
+        ),
         Spectrum::Fresnel(_, crystal) => format!(
             "{}; specular facets, nothing fitted, {}-{} um",
             crystal.title, crystal.range_um[0], crystal.range_um[1]
@@ -72,7 +76,7 @@ pub(super) fn describe(spectrum: &Spectrum) -> String {
         Spectrum::Builtin(_, form) => {
             let _ = writeln!(text, "  source: {}", form.parameters.citation);
         }
-        Spectrum::Fresnel(_, crystal) => {
+        Spectrum::Fresnel(_, crystal) | Spectrum::Refractive(_, crystal) => {
             let _ = writeln!(text, "  source: {}", crystal.citation);
             text += "  the numbers below are the hemispherical emissivity of one facet\n";
         }
