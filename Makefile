@@ -5,7 +5,8 @@ COVERAGE = sparse
 # Tests that `make test` leaves out, for want of a tool: blender, bpy, mitsuba, readers, window.
 WITHOUT =
 
-.PHONY: help run test lint docs setup bench intervals chart scale packings tolerances budgets facets stress torture clean
+.PHONY: help run test lint docs setup bench intervals chart scale packings tolerances budgets \
+    facets refraction stress torture clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -58,6 +59,11 @@ chart: setup ## chart error against time, for the settled patch and for sparse b
 	target/release/soilsig chart scenes/settled_patch.json --beside docs/figures/chart_patch/mitsuba.csv \
 	    --out docs/figures/chart_patch
 	target/release/soilsig chart sparse --out docs/figures/chart_sparse
+
+# docs/measurements/refraction.md; LIBRARY: files of quartz of the ECOSTRESS library
+refraction: setup ## compare beds that let light through with measured quartz powders
+	cargo build --release
+	python3 scripts/refraction.py target/release/soilsig target/refraction $(LIBRARY)
 
 # docs/measurements/scale.md
 scale: setup ## chart time and memory of fields of 10^4 to 10^9 particles

@@ -11,7 +11,7 @@ use super::usage;
 use crate::draw::plot;
 use crate::pipeline::MOST_SECONDS;
 use crate::radiometry::Assumed;
-use crate::scene::{Grid, Inverted, Sky, SpectrumSource};
+use crate::scene::{Component, Constants, ConstantsFile, Grid, Inverted, Sky, SpectrumSource};
 use crate::spectrum::Spectrum;
 use crate::support::cache::Cache;
 use crate::support::error::Error;
@@ -166,7 +166,7 @@ pub fn ending(path: &Path) -> String {
 }
 
 /// A spectrum on the command line: a number, a shipped one's name, `fresnel:CONSTANTS`, `inverted:`
-/// before a powder's, else a file.
+/// before a powder's, `mix:SHARE*SPECTRUM+SHARE*SPECTRUM`, else a file.
 pub fn spectrum_source(text: &str) -> SpectrumSource {
     if let Ok(value) = text.parse::<f64>() {
         if !(0.0..=1.0).contains(&value) {
@@ -174,9 +174,23 @@ pub fn spectrum_source(text: &str) -> SpectrumSource {
         }
         SpectrumSource::Constant(value)
     } else if let Some(constants) = text.strip_prefix("fresnel:") {
-        SpectrumSource::Fresnel(constants.to_owned())
+        SpectrumSource::Fresnel(constants_source(constants))
+    } else if let Some(components) = text.strip_prefix("mix:") {
+        let component = |text: &str| {
+            let parts =
+                text.split_once('*').and_then(|(share, of)| Some((share.parse().ok()?, of)));
+            let Some((share, of)) = parts else {
+                usage(&format!("{text:?} is not SHARE*SPECTRUM"))
+            };
+            Component { share, spectrum: spectrum_source(of) }
+        };
+        let mix = SpectrumSource::Mix(components.split('+').map(component).collect());
+        if let Some(problem) = mix.problem() {
+            usage(&format!("{text:?}: {problem}"));
+        }
+        mix
     } else if let Some(powder) = text.strip_prefix("inverted:") {
-        if powder.starts_with("inverted:") || powder.starts_with("fresnel:") {
+        if ["inverted:", "fresnel:", "mix:"].iter().any(|other| powder.starts_with(other)) {
             usage(&format!(
                 "{text:?} is not a spectrum: after inverted: name a powder's, by a shipped one's \
                  name, a file or a number"
@@ -188,6 +202,15 @@ pub fn spectrum_source(text: &str) -> SpectrumSource {
         SpectrumSource::Builtin(text.to_owned())
     } else {
         SpectrumSource::File(text.into())
+    }
+}
+
+/// Optical constants on the command line: a shipped set's name, or a .json file.
+fn constants_source(text: &str) -> Constants {
+    if ending(Path::new(text)) == "json" {
+        Constants::File(ConstantsFile { file: text.into() })
+    } else {
+        Constants::Shipped(text.to_owned())
     }
 }
 

@@ -34,7 +34,8 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     budget: Option<PathBuf>,
     /// Another spectrum for a material: a shipped one's name, a file or a number, each after
-    /// inverted: to invert it by a pure bed; or fresnel:CONSTANTS
+    /// inverted: to invert it by a pure bed; fresnel:CONSTANTS; or a mix by area,
+    /// mix:SHARE*SPECTRUM+SHARE*SPECTRUM
     #[arg(long = "spectrum", value_name = "MATERIAL=SPECTRUM")]
     spectra: Vec<String>,
     /// Another temperature of the scene, K
@@ -112,10 +113,19 @@ fn change(table: &mut Table, args: &Args) -> Result<(), Error> {
         }
         named.push(name);
         let names: Vec<String> = table.materials.iter().map(|m| m.name.clone()).collect();
+        let is_floor = table.floor.is_some_and(|floor| names[floor] == name);
         let Some(material) = table.materials.iter_mut().find(|m| m.name == name) else {
             usage(&format!("{name:?} is not a material of the table: {}", names.join(", ")));
         };
         let spectrum = spectrum(text)?;
+        if let Some(nodes) = &table.nodes
+            && !(is_floor && nodes.floor == table.floor)
+        {
+            usage(&format!(
+                "{given:?}: the paths were traced through grains by the spectra of the scene; trace \
+                 it again"
+            ));
+        }
         if spectrum.is_angular() != material.spectrum.is_angular() {
             usage(&format!(
                 "{given:?}: the paths were traced with {}, which scatters in other directions; \

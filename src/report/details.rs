@@ -133,6 +133,10 @@ fn facets(facets: &BTreeMap<String, FacetSource>) -> Vec<String> {
 
 /// What is recorded of each path, and why less would not do.
 fn recorded(kept: Kept) -> String {
+    if kept.nodes > 0 {
+        let nodes = kept.nodes;
+        return format!("its weight at {nodes} wavelengths, hits on the floor (facets refract)");
+    }
     let mut parts = vec![match (kept.order, kept.cosines) {
         (true, _) => "hits in their order (materials differ in temperature)",
         (false, 1) => "hits on each material",

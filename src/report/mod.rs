@@ -9,7 +9,6 @@ mod retrieval;
 pub mod terminal;
 pub mod warnings;
 
-use crate::histogram::tally::PARTS;
 use crate::radiometry::Assumed;
 use crate::signature::budget::Budget;
 use crate::signature::plan::Plan;
@@ -92,7 +91,9 @@ impl Report {
             seen_first: seen_first.collect(),
             coverage: cover::mean(&packings.iter().map(|t| &t.coverage).collect::<Vec<_>>()),
             missed: share(&|table| table.missed as f64),
-            escaped_downward: share(&|table| table.escaped_downward as f64 / PARTS as f64),
+            escaped_downward: share(&|table| {
+                table.escaped_downward as f64 / table.histogram.parts as f64
+            }),
             trapped: share(&|table| table.histogram.paths_given_up()),
             kept: packings[0].histogram.kept,
             ended_by: packings[0].stop.reached.reason,

@@ -102,6 +102,11 @@ fn facets(r: &Reached) -> impl Iterator<Item = &'static str> {
             Mode::Fresnel,
             "facets are mirrors: valid where grains let no light through (docs: facets)",
         ),
+        (
+            Mode::Refractive,
+            "light passes through the grains, by rays: wave optics is left out (docs: refraction)",
+        ),
+        (Mode::Mix, "facets bear patches of several kinds, mixed by area (docs: facets)"),
     ];
     let is_used = |mode| r.facets.values().any(|facets| facets.mode == mode);
     notes.into_iter().filter(move |(mode, _)| is_used(*mode)).map(|(_, note)| note)

@@ -43,7 +43,8 @@ pub struct Share {
     /// Effect of more or fewer facets on a grain: 2 % of the reflectance, not measured on
     /// these beds. `None` where the geometry is given.
     pub facets: Option<f64>,
-    /// Error of linear interpolation half-way to the next band.
+    /// Error of linear interpolation half-way to the next band, or between the nodes of refractive
+    /// facets.
     pub spectral_step: f64,
     /// Effect of the errors of the facets' spectra, as far as these are known.
     pub spectra: f64,
@@ -90,7 +91,7 @@ pub(crate) const COLUMNS: [(&str, &str); 11] = [
         "facets",
         "What more or fewer facets of grains may change; empty where the geometry is given.",
     ),
-    ("spectral_step", "What straight lines between bands miss."),
+    ("spectral_step", "What straight lines between bands, or between nodes, miss."),
     ("spectra_half_width_95", "Known errors of the facets' spectra."),
 ];
 
@@ -121,7 +122,8 @@ impl Budget {
         let um: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
         let reflectances = table.reflectances(&um)?;
         let steps = steps(packings, &reflectances, &um)?;
-        let sources = sources(table);
+        // Where paths were traced by the spectra, their errors cannot be told apart.
+        let sources = if table.nodes.is_some() { Vec::new() } else { sources(table) };
         let cells = (origin != Origin::Given).then(|| cells::of_tables(packings)).flatten();
         let share = |((band, rho), step): ((&Band, &Vec<f64>), &f64)| -> Result<_, Error> {
             let e = band.emissivity;
@@ -148,7 +150,10 @@ impl Budget {
             Ok((share, by_floor.map_or(0.0, |[black, white]| black - white)))
         };
         let of_bands: Vec<_> = bands.iter().zip(&reflectances).zip(&steps).collect();
-        let unknown = |m: &&TableMaterial| !m.spectrum.has_error();
+        let unknown = |m: &&TableMaterial| {
+            let is_constant = matches!(m.spectrum, Spectrum::Constant(_));
+            !m.spectrum.has_error() || (table.nodes.is_some() && !is_constant)
+        };
         let (shares, by_floor): (Vec<Share>, Vec<f64>) =
             of_bands.into_par_iter().map(share).collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
         Ok(Self {
@@ -202,22 +207,27 @@ fn floor_changes(packings: &[Table], floor: usize, rho: &[f64], emissivity: f64)
 
 /// The emissivity after a change of the reflectance of some materials.
 fn with(packings: &[Table], rho: &[f64], materials: &[usize], change: impl Fn(f64) -> f64) -> f64 {
-    let cosines = usize::from(packings[0].histogram.kept.cosines);
+    let kept = packings[0].histogram.kept;
     let mut changed = rho.to_vec();
     for material in materials {
-        for rho in &mut changed[material * cosines..(material + 1) * cosines] {
+        for rho in &mut changed[kept.symbols_of(*material)] {
             *rho = change(*rho);
         }
     }
     signature::emissivity(packings, &changed).mean
 }
 
-/// The error of linear interpolation half-way to the next band, the larger of both sides.
+/// The error of linear interpolation half-way to the next band, the larger of both sides. Where paths
+/// were traced apart at nodes, that of straight lines between them.
 fn steps(packings: &[Table], reflectances: &[Vec<f64>], um: &[f64]) -> Result<Vec<f64>, Error> {
-    let middles: Vec<f64> = um.windows(2).map(|pair| f64::midpoint(pair[0], pair[1])).collect();
     let of = |reflectances: &[Vec<f64>]| -> Vec<f64> {
         reflectances.par_iter().map(|rho| signature::emissivity(packings, rho).mean).collect()
     };
+    if let Some(nodes) = &packings[0].nodes {
+        let at_nodes = of(&packings[0].reflectances(&nodes.wavelength_um)?);
+        return Ok(nodes.line_errors(&at_nodes, um));
+    }
+    let middles: Vec<f64> = um.windows(2).map(|pair| f64::midpoint(pair[0], pair[1])).collect();
     let (at_bands, between) = (of(reflectances), of(&packings[0].reflectances(&middles)?));
     let missed: Vec<f64> = at_bands
         .windows(2)

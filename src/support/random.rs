@@ -81,7 +81,7 @@ pub struct Points {
 }
 
 /// The coordinates of one path: two for its start and two for each bounce.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub enum Point {
     /// Coordinates from a sequence.
     Even(Even),
@@ -137,7 +137,7 @@ impl Point {
 pub struct Source(ChaCha8Rng);
 
 /// Independent numbers of one item: a path, a packing.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Stream(ChaCha8Rng);
 
 impl Source {

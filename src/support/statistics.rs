@@ -5,6 +5,9 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 /// Quantile of Student's t, two-sided 95 %, with as many degrees of freedom as pairs of groups.
 pub const T_95: f64 = 2.119_905_299;
 
+/// Greatest difference of the sum of shares from 1: shares are given with few digits.
+pub(crate) const SHARES_ROUNDING: f64 = 1e-6;
+
 /// Quantile of Student's t, two-sided 95 %, with one degree of freedom less than packings. For one
 /// packing it is [`T_95`].
 pub fn quantile_95(packings: usize) -> f64 {

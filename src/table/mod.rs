@@ -7,6 +7,7 @@ mod light;
 mod material;
 pub mod materials;
 pub mod merge;
+mod nodes;
 mod prepared;
 pub mod stop;
 pub mod warning;
@@ -28,6 +29,7 @@ use crate::table::warning::Warning;
 
 pub use file::TableError;
 pub use material::TableMaterial;
+pub use nodes::{Nodes, NodesError};
 pub use prepared::Prepared;
 pub(crate) use prepared::resolved;
 pub use stop::{Part, Precision, Stop, StopReason, Target};
@@ -70,6 +72,9 @@ pub struct Table {
     /// Where the geometry comes from.
     #[serde(default, skip_serializing_if = "Origin::is_given")]
     pub origin: Origin,
+    /// The wavelengths at which paths were traced apart, if facets are refractive.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<Nodes>,
     /// The field that the bed is a patch of, if it is one of a field.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub field: Option<FieldSummary>,
@@ -226,8 +231,12 @@ impl Table {
         self.paths - self.missed
     }
 
-    /// The reflectance of each symbol of the histogram, by the materials' spectra.
+    /// The reflectance of each symbol of the histogram, by the materials' spectra; of nodes the factor
+    /// of what was traced there.
     pub fn reflectances(&self, wavelengths_um: &[f64]) -> Result<Vec<Vec<f64>>, SpectrumError> {
+        if let Some(nodes) = &self.nodes {
+            return nodes.reflectances(&self.materials, wavelengths_um);
+        }
         let spectra: Vec<&Spectrum> = self.materials.iter().map(|m| &m.spectrum).collect();
         reflectances(&spectra, self.histogram.kept, wavelengths_um)
     }

@@ -9,6 +9,7 @@ pub mod bvh;
 pub mod coverage;
 pub(crate) mod field;
 pub(crate) mod footprint;
+pub mod light;
 pub mod rules;
 mod scatter;
 pub mod trace;
@@ -197,7 +198,11 @@ impl Tracer {
                 for (place, net, point) in &mut *block {
                     tally.begin(group_of(*net, *place, CELLS_OF_VIEW), self.cell(*place));
                     let ray = self.field.start(*place, || point.pair());
-                    self.follow(rules, ray, point, &mut tally);
+                    if rules.nodes.is_empty() {
+                        self.follow(rules, ray, point, &mut tally);
+                    } else {
+                        self.follow_at_nodes(rules, ray, point, &mut tally);
+                    }
                 }
                 progress(block.len() as u64)?;
                 Ok(tally)

@@ -3,6 +3,7 @@
 use crate::histogram::tally::Kept;
 use crate::support::random::Sampler;
 use crate::table::{Prepared, TableMaterial};
+use crate::tracer::light::Node;
 
 /// Hits after which a path is given up, whatever its weight: two mirrors face to face would hold it
 /// for ever.
@@ -38,6 +39,8 @@ pub struct TracingRules {
     /// Weight below which a path is given up: the product of these reflectances, times the share of
     /// the path that has not ended and the paths that it stands for.
     pub least_weight: f64,
+    /// What light does at each node, where facets are refractive.
+    pub nodes: Vec<Node>,
 }
 
 impl TracingRules {
@@ -50,7 +53,9 @@ impl TracingRules {
         let kept = prepared.kept;
         let greatest = vec![1.0; kept.symbols(facets.len())];
         let sampler = Sampler::Even;
-        Self { kept, facets, sampler, most_hits: MOST_HITS, greatest, least_weight: 0.0 }
+        let nodes = prepared.nodes.as_ref();
+        let nodes = nodes.map_or(Vec::new(), |nodes| Node::of(nodes, &prepared.materials));
+        Self { kept, facets, sampler, most_hits: MOST_HITS, greatest, least_weight: 0.0, nodes }
     }
 
     /// Gives up paths whose weight is below `least_weight` in each of the bands, which are given as

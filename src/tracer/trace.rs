@@ -13,7 +13,7 @@ use crate::table::field::{Alone, FieldSummary};
 use crate::table::{self, Prepared, Stop, StopReason, Table, TableError, Target};
 use crate::tracer::rules::{MOST_HITS, TracingRules};
 use crate::tracer::until::{self, TracedPaths};
-use crate::tracer::{Tracer, bed_warnings, coverage};
+use crate::tracer::{Tracer, bed_warnings, coverage, light};
 
 /// Reads the meshes of a placed scene and makes them ready for tracing.
 pub fn tracer(scene: &Scene) -> Result<Tracer, Error> {
@@ -72,6 +72,7 @@ pub(crate) fn untraced(tracer: &Tracer, prepared: &Prepared, stop: Stop) -> Resu
         inside: Vec::new(),
         coverage: coverage(tracer, scene),
         warnings: bed_warnings::of_bed(tracer, origin, longest_um, scene.seed),
+        nodes: prepared.nodes.clone(),
         histogram: Histogram::empty(prepared.kept),
         cells: None,
     })
@@ -110,6 +111,9 @@ pub fn trace(
 ) -> Result<Table, Error> {
     let Request { grid, target, partial, what } = request;
     let bands = &prepared.reflectances;
+    if prepared.nodes.is_some() {
+        light::check(tracer.bed(), &prepared.materials)?;
+    }
     let rules = TracingRules::new(prepared).ending_below(target.least_weight, bands);
     let names: Vec<&str> = tracer.bed().meshes.iter().map(|mesh| mesh.name.as_str()).collect();
     let empty = untraced(tracer, prepared, Stop::new(&target, grid.clone()))?;

@@ -210,6 +210,7 @@ mod tests {
             most_hits: MOST_HITS,
             greatest: vec![0.5],
             least_weight: 0.0,
+            nodes: Vec::new(),
         };
         let of = |tolerance: f64| {
             let bands = [vec![0.5]];

@@ -37,6 +37,7 @@ mod radiometry;
 mod readers;
 mod reciprocity;
 mod reference;
+mod refraction;
 mod retrieval;
 mod rooms;
 mod rules;

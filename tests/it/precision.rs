@@ -61,8 +61,15 @@ fn trace(bed: Bed, most_hits: u16, paths: u64) -> Tally {
     let facets = vec![Facet::LAMBERTIAN; bed.materials];
     let greatest = vec![1.0; bed.materials];
     let sampler = Sampler::Even;
-    let rules =
-        TracingRules { kept: Kept::PLAIN, facets, sampler, most_hits, greatest, least_weight: 0.0 };
+    let rules = TracingRules {
+        kept: Kept::PLAIN,
+        facets,
+        sampler,
+        most_hits,
+        greatest,
+        least_weight: 0.0,
+        nodes: Vec::new(),
+    };
     Tracer::new(bed).trace(&rules, 3, Purpose::Result, 0..paths, &|_| Ok(())).expect("traced")
 }
 

@@ -98,7 +98,7 @@ fn the_least_is_kept_that_serves_the_scene() {
     assert_eq!(kept("", &[grey, warm]), Kept { order: true, ..Kept::PLAIN });
     assert_eq!(kept(by_zenith, &[grey, grey]), Kept { zeniths: 90, ..Kept::PLAIN });
     assert_eq!(kept("", &[grey, fresnel]), Kept { cosines: 64, ..Kept::PLAIN });
-    let all = Kept { order: true, cosines: 64, zeniths: 90 };
+    let all = Kept { order: true, cosines: 64, zeniths: 90, ..Kept::PLAIN };
     assert_eq!(kept(by_zenith, &[fresnel, warm]), all);
 }
 

@@ -39,8 +39,9 @@ enum Command {
 /// Spectra, and how their files are read.
 #[derive(clap::Args)]
 struct Input {
-    /// A shipped spectrum's name, fresnel:CONSTANTS, inverted: before a powder's, or a file:
-    /// ECOSTRESS, ASTER or USGS text, JCAMP-DX, ENVI .sli, DIRSIG .ems, columns of text
+    /// A shipped spectrum's name, fresnel:CONSTANTS, inverted: before a powder's,
+    /// mix:SHARE*SPECTRUM+SHARE*SPECTRUM, or a file: ECOSTRESS, ASTER or USGS text, JCAMP-DX, ENVI
+    /// .sli, DIRSIG .ems, columns of text
     #[arg(required = true, value_name = "SPECTRUM")]
     spectra: Vec<String>,
     /// Only the spectrum of this name, of a file that holds several

@@ -26,7 +26,7 @@ use crate::support::output;
 use crate::support::random::STRETCH;
 use crate::support::resources::{need_disk, need_memory};
 use crate::support::statistics::T_95;
-use crate::table::{Prepared, Stop, Table, Target};
+use crate::table::{NodesError, Prepared, Stop, Table, Target};
 use crate::tracer::rules::TracingRules;
 use crate::tracer::{Tracer, trace};
 use bands::Bands;
@@ -79,6 +79,9 @@ pub fn make(
     let bands = Bands::new(sensor, scene.folder(), grid)?;
     let camera = Camera::new(tracer.bed(), sensor)?;
     let prepared = Prepared::new(scene.clone(), &bands.nodes_um)?;
+    if prepared.nodes.is_some() {
+        return Err(NodesError::Image.into());
+    }
     let target = Target::of(T_95 * asked.noise);
     let rules =
         TracingRules::new(&prepared).ending_below(target.least_weight, &prepared.reflectances);

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use num_complex::Complex64;
 use serde::Deserialize;
 
-use super::{Axis, UniaxialCrystal, normal_reflectance};
+use super::{Axes, Axis, Crystal, normal_reflectance};
 
 use crate::support::math;
 
@@ -94,8 +94,13 @@ pub struct PowderForm {
 }
 
 impl PowderForm {
-    /// The form of one size fraction, from the crystal's constants with the changes of the fit.
-    pub fn new(crystal: &UniaxialCrystal, parameters: PowderParameters) -> Self {
+    /// The form of one size fraction, from the constants of a uniaxial crystal with the changes of the
+    /// fit.
+    ///
+    /// # Panics
+    /// If the crystal is not uniaxial.
+    pub fn new(crystal: &Crystal, parameters: PowderParameters) -> Self {
+        let Axes::Uniaxial(axes) = &crystal.axes else { panic!("quartz is uniaxial") };
         let changed = |axis: &Axis| {
             let mut axis = axis.clone();
             for oscillator in &mut axis.oscillators {
@@ -108,8 +113,7 @@ impl PowderForm {
             }
             axis
         };
-        let ordinary = changed(&crystal.ordinary);
-        let mut extraordinary = changed(&crystal.extraordinary);
+        let [ordinary, mut extraordinary] = [&axes[0], &axes[1]].map(changed);
         extraordinary.eps_inf += parameters.extraordinary_eps_inf_shift;
         Self { parameters, ordinary, extraordinary }
     }

@@ -85,6 +85,7 @@ fn traced(
         most_hits: MOST_HITS,
         greatest: vec![1.0; bed.materials],
         least_weight: 0.0,
+        nodes: Vec::new(),
     };
     let rules = rules.ending_below(LEAST_WEIGHT, reflectances);
     let tracers: Vec<Tracer> = view
