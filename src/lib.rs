@@ -75,6 +75,10 @@ pub mod histogram;
 #[cfg(not(feature = "internals"))]
 mod histogram;
 #[cfg(all(feature = "internals", feature = "pipeline"))]
+pub mod inverse;
+#[cfg(all(not(feature = "internals"), feature = "pipeline"))]
+mod inverse;
+#[cfg(all(feature = "internals", feature = "pipeline"))]
 pub mod pipeline;
 #[cfg(all(not(feature = "internals"), feature = "pipeline"))]
 mod pipeline;

@@ -10,6 +10,7 @@ mod grains;
 mod image;
 mod import;
 pub mod interrupt;
+mod matching;
 mod merge;
 mod picture;
 mod pipeline;
@@ -55,6 +56,7 @@ enum Command {
     Merge(merge::Args),
     Signature(signature::Args),
     Retrieve(retrieve::Args),
+    Match(matching::Args),
     Replay(replay::Args),
     Image(image::Args),
     Export(export::Args),
@@ -98,6 +100,7 @@ pub fn run() -> ExitCode {
         Command::Merge(args) => merge::run(args, &context),
         Command::Signature(args) => signature::run(args, &context),
         Command::Retrieve(args) => retrieve::run(args, &context),
+        Command::Match(args) => matching::run(args, &context),
         Command::Replay(args) => replay::run(args, &context),
         Command::Image(args) => image::run(args, &context),
         Command::Export(args) => export::run(args, &context),

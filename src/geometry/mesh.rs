@@ -126,6 +126,11 @@ impl Mesh {
         sums
     }
 
+    /// Finds the particles anew.
+    pub(super) fn find_particles(&mut self) {
+        self.particles = particles(&distinct(&self.vertices), &self.vertices, &self.triangles);
+    }
+
     /// The greatest coordinate of any vertex, um. Rounding errors are relative to it.
     pub fn extent_um(&self) -> f32 {
         self.vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f32::max)
@@ -177,7 +182,7 @@ fn signed_volume([a, b, c]: [DVec3; 3]) -> f64 {
 }
 
 /// For each vertex the first one at the same position: files often repeat vertices.
-fn distinct(vertices: &[Vec3]) -> Vec<u32> {
+pub(super) fn distinct(vertices: &[Vec3]) -> Vec<u32> {
     let mut first: HashMap<[u32; 3], u32> = HashMap::new();
     let distinct = |(number, v): (usize, &Vec3)| {
         // Adding zero makes -0 equal to 0.
@@ -188,7 +193,7 @@ fn distinct(vertices: &[Vec3]) -> Vec<u32> {
 }
 
 /// A vertex for each vertex, the same for all of a connected part of a mesh.
-fn roots(distinct: &[u32], triangles: &[[u32; 3]]) -> Vec<u32> {
+pub(super) fn roots(distinct: &[u32], triangles: &[[u32; 3]]) -> Vec<u32> {
     // Union-find: each vertex points to another of its part; the root points to itself.
     let mut part: Vec<u32> = (0..distinct.len() as u32).collect();
     let root = |part: &mut [u32], mut at: u32| {

@@ -3,6 +3,7 @@
 pub mod cut;
 pub mod ingest;
 mod mesh;
+mod parts;
 
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -11,6 +12,7 @@ use crate::support::math;
 
 pub use mesh::Mesh;
 pub(crate) use mesh::cross;
+pub use parts::Parts;
 
 /// A mesh in its place.
 #[derive(Debug, Clone)]

@@ -5,6 +5,7 @@
 pub mod estimate;
 mod evaluate;
 mod mean;
+mod shares;
 pub mod tally;
 #[cfg(test)]
 mod tests;
@@ -19,6 +20,7 @@ pub(crate) use evaluate::{Evaluator, LANES, Seen};
 pub use evaluate::{Radiance, Sources};
 pub use mean::Mean;
 pub(crate) use mean::Sums;
+pub use shares::Shares;
 
 /// A state and the parts of paths of each group that ended in it.
 pub type Counted = (State, Vec<(u16, i64)>);

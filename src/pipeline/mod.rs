@@ -33,6 +33,7 @@ use crate::tracer::Tracer;
 
 pub use error::PipelineError;
 pub use options::{Auto, HowMany, MOST_SECONDS, Options, Source};
+pub(crate) use results::program;
 
 /// Files of every result.
 const WRITTEN: [&str; 7] = [

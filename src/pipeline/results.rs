@@ -114,7 +114,7 @@ impl Run<'_> {
 }
 
 /// Identifies this build of the program, so that it does not use what another one traced.
-pub(super) fn program() -> Option<(u64, Duration)> {
+pub(crate) fn program() -> Option<(u64, Duration)> {
     let file = std::env::current_exe().and_then(std::fs::metadata).ok()?;
     let age = file.modified().ok()?.duration_since(std::time::UNIX_EPOCH).ok()?;
     Some((file.len(), age))

@@ -19,6 +19,8 @@ pub enum Status {
     ToleranceNotReached = 4,
     /// A replayed run gave other bytes.
     ReplayDiffers = 5,
+    /// No parameter makes the fit good; the result is written.
+    NoGoodFit = 6,
     /// No Blender was found.
     BlenderMissing = 10,
     /// The Blender found has a version that soilsig cannot use.
@@ -39,12 +41,13 @@ pub enum Status {
 
 impl Status {
     /// All of them, with their meanings.
-    pub const ALL: [(Self, &str); 13] = [
+    pub const ALL: [(Self, &str); 14] = [
         (Self::Files, "a file could not be read or written"),
         (Self::Usage, "the command line is wrong"),
         (Self::Input, "a scene, spectrum, mesh or table is wrong"),
         (Self::ToleranceNotReached, "the result is written, but its tolerance was not reached"),
         (Self::ReplayDiffers, "a replayed run gave other bytes"),
+        (Self::NoGoodFit, "the result is written, but no parameter makes the fit good"),
         (Self::BlenderMissing, "no Blender was found"),
         (Self::BlenderVersion, "Blender has a version that soilsig cannot use"),
         (Self::BlenderNumpy, "Blender's Python has no numpy"),

@@ -5,6 +5,7 @@ pub(crate) mod csv;
 pub(crate) mod envi;
 pub mod error;
 pub mod file_error;
+pub mod hermite;
 pub mod linear;
 pub mod lock;
 pub mod math;

@@ -57,6 +57,10 @@ pub enum Purpose {
     ImagePilot = 5,
     /// Noise of the sensor.
     SensorNoise = 6,
+    /// The order in which fines are taken away.
+    Thinning = 7,
+    /// Draws from a posterior.
+    Posterior = 8,
 }
 
 /// The source of a path's numbers.

@@ -22,6 +22,7 @@ mod image;
 mod independent_tracer;
 mod ingest;
 mod library;
+mod matching;
 mod messages;
 mod mitsuba;
 mod obj_files;

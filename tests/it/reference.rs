@@ -205,6 +205,9 @@ fn results_are_documented_by_their_schemas_and_columns() {
                  results](../guide/reading_results.md) explains the numbers, and [files of numbers](columns.md) the \
                  columns.";
     keep("results.md", &page_of("The record of a run", intro, &schema::of(Format::Run)));
+    let intro = "`soilsig match` writes `match.json`. This page is made from the schema that `soilsig schema match` \
+                 prints. [Matching](../guide/matching.md) shows how to read it.";
+    keep("match.md", &page_of("The result of a match", intro, &schema::of(Format::Match)));
     let mut page = "# Files of numbers\n\n".to_owned();
     page += &wrapped(
         "Columns of the CSV files, from the lists that the program writes them by. What is not known, and bands that \

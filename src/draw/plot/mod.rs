@@ -8,6 +8,7 @@ pub(crate) mod axis;
 mod bodies;
 mod curve;
 mod emissivity;
+mod fit;
 pub(crate) mod label;
 pub(crate) mod legend;
 mod marks;
@@ -21,6 +22,7 @@ pub use atlas::{Mark, Panel, atlas_svg};
 pub use bodies::{Row, Solid, bodies_svg};
 pub use curve::Curve;
 pub use emissivity::{Chart, emissivity_svg};
+pub use fit::{Drawn, FitChart, fit_svg, posterior_svg};
 pub use raster::png;
 pub(crate) use raster::{layer, pack};
 
