@@ -5,7 +5,7 @@ COVERAGE = sparse
 # Tests that `make test` leaves out, for want of a tool: blender, bpy, mitsuba, readers, window.
 WITHOUT =
 
-.PHONY: help run test lint docs setup bench intervals chart scale packings tolerances budgets \
+.PHONY: help run test lint docs setup bench intervals twins chart scale packings tolerances budgets \
     facets refraction stress torture clean
 
 help: ## list the targets
@@ -51,6 +51,11 @@ bench: setup ## time the pipeline; compare the tracer with Embree and Mitsuba
 # docs/measurements/intervals.md
 intervals: ## count how often the 95 % intervals hold the truth
 	cargo bench --bench intervals
+
+# docs/physics/match.md
+twins: setup ## match 200 simulated soils, and count how many lie in their intervals
+	SOILSIG_TEST_BLENDER=$$(command -v blender) cargo test --release --test it \
+	    two_hundred_twins -- --ignored --nocapture
 
 # docs/measurements/speed_against_accuracy.md
 chart: setup ## chart error against time, for the settled patch and for sparse beds

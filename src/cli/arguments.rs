@@ -53,7 +53,11 @@ pub struct Assumptions {
 
 impl Assumptions {
     pub fn assumed(&self) -> Assumed {
-        Assumed { downwelling_error: self.sky_error, amplification_limit: self.amplification_limit }
+        Assumed {
+            downwelling_error: self.sky_error,
+            amplification_limit: self.amplification_limit,
+            ..Assumed::EXACT
+        }
     }
 }
 

@@ -11,7 +11,7 @@ use crate::inverse::soil::On;
 use crate::inverse::{self, Options, Warning, words};
 use crate::products::retrieve::{Known, Sky, Target};
 use crate::radiometry::{Assumed, Atmosphere, Method, SkyTable, Temperature};
-use crate::scene::{Scene, shipped};
+use crate::scene::{Scene, SpectrumSource, shipped};
 use crate::support::error::{Error, Status};
 use crate::support::output;
 
@@ -103,6 +103,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     output::keeps([&args.spectrum], [args.out.join("match.json"), args.out.join("match.csv")])?;
     output::folder(&args.out)?;
     let seen = seen(args)?;
+    let second = second(&args.second);
     let others = FacetModel::ALL.into_iter().filter(|facets| *facets != args.facets).collect();
     let result = args.in_blender.run(&context.cache, |cache| {
         inverse::run(&Options {
@@ -113,7 +114,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
             is_shipped: args.scene.is_none(),
             facets: args.facets,
             others,
-            second: (args.second != "flat").then(|| spectrum_source(&args.second)),
+            second,
             on: args.second_on,
             priors: args.prior.clone(),
             beds: args.beds.into(),
@@ -142,6 +143,20 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     }
     print(&format!("result in {} (match.txt, match.svg, match.json)\n", args.out.display()))?;
     Ok(status)
+}
+
+/// The second component; `None` for a spectrally flat one. Its file is found from any folder.
+fn second(text: &str) -> Option<SpectrumSource> {
+    if text == "flat" {
+        return None;
+    }
+    Some(match spectrum_source(text) {
+        SpectrumSource::File(path) => SpectrumSource::File(absolute(&path)),
+        SpectrumSource::Fresnel(_) | SpectrumSource::Mix(_) => {
+            usage(&format!("--second {text}: give one Lambertian spectrum"))
+        }
+        other => other,
+    })
 }
 
 /// What was measured: radiance, if anything is said of its surroundings.

@@ -7,7 +7,7 @@ use super::terminal::tell;
 use super::{Context, Outcome, print, usage};
 use crate::products::cube::Cube;
 use crate::products::retrieve::{self, Known, RadianceError, Sky, Target};
-use crate::radiometry::{Atmosphere, Method, SkyTable, Temperature};
+use crate::radiometry::{Assumed, Atmosphere, Method, SkyTable, Temperature};
 use crate::report::terminal;
 use crate::support::error::Error;
 use crate::support::output;
@@ -29,6 +29,9 @@ pub struct Args {
     /// Find the temperature from the radiance
     #[arg(long, value_enum, conflicts_with_all = ["temperature", "temperature_error"])]
     method: Option<Method>,
+    /// The target is a powder of quartz alone, not a soil: `christiansen` takes it for blacker
+    #[arg(long, requires = "method")]
+    pure_quartz: bool,
     /// The sky: its temperature, K, or a CSV file of its radiance. Without it the sky of the CSV
     /// file, else cold and black
     #[arg(long, value_name = "K|FILE")]
@@ -60,7 +63,8 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         Some((text, Err(_))) => Sky::Table(SkyTable::read(Path::new(text))?),
     };
     let atmosphere = args.atmosphere.as_deref().map(Atmosphere::read).transpose()?;
-    let known = Known { sky, atmosphere, target, assumed: args.assumptions.assumed() };
+    let assumed = Assumed { pure_quartz: args.pure_quartz, ..args.assumptions.assumed() };
+    let known = Known { sky, atmosphere, target, assumed };
     let words = args.sky.iter().chain(&args.radiance_error).map(Path::new);
     let files = words.chain([args.radiance.as_path()]).chain(args.atmosphere.as_deref());
     let read: Vec<PathBuf> =

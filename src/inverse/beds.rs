@@ -35,7 +35,7 @@ const FEWER_LARGE: f64 = 0.4;
 /// Paths of a bed of Lambertian facets: the noise of the rays is then below .001.
 const PATHS: u64 = 1 << 15;
 /// Paths of a bed with facets that reflect by angle: each is a state of its own.
-const PATHS_BY_ANGLE: u64 = 1 << 12;
+const PATHS_BY_ANGLE: u64 = 1 << 11;
 
 /// The least weight of a path in the brightest band that is followed further.
 const LEAST_WEIGHT: f64 = 1e-4;

@@ -1,15 +1,15 @@
 //! The scene that represents the soil best: its recipe, bed, picture and signature.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::beds::{Settled, Source};
 use super::estimation::{Estimation, Observed};
 use super::facets::FacetModel;
 use super::result::Best;
-use super::soil::COVER;
+use super::soil::{COVER, LEVEL, On, SECOND};
 use super::{Options, summary};
 use crate::pipeline::{self, HowMany};
-use crate::scene::{Grid, Inverted, Scene, SpectrumSource};
+use crate::scene::{Component, Grid, Inverted, Scene, SceneGeometry, SpectrumSource};
 use crate::signature;
 use crate::support::error::Error;
 use crate::support::output;
@@ -41,10 +41,18 @@ pub fn drop(options: &Options, source: &Source, best: &[f64]) -> Result<(Settled
         options.spectrum.file_name().unwrap_or_default().to_string_lossy(),
         100.0 * cover,
     ));
+    stand_alone(&mut scene);
     let grains = grains(&scene);
     for material in &mut scene.materials {
-        material.spectrum =
-            facets(options.facets, &material.spectrum, grains.contains(&material.name));
+        let is_grain = grains.contains(&material.name);
+        let has_second = match options.on {
+            On::All => true,
+            On::Grains => is_grain,
+            On::Fines => !is_grain,
+        };
+        let own = facets(options.facets, &material.spectrum, is_grain);
+        let share = if has_second { best[SECOND] } else { 0.0 };
+        material.spectrum = mixed(own, share, options.second.as_ref(), best[LEVEL]);
     }
     let text = serde_json::to_string_pretty(&scene).expect("plain data");
     output::bytes(&recipe, (text + "\n").as_bytes())?;
@@ -72,13 +80,48 @@ pub fn drop(options: &Options, source: &Source, best: &[f64]) -> Result<(Settled
     Ok((bed, Found { table: out.join("table.json") }))
 }
 
+/// Facets with a share of the second component. Mirrors are left as they are: a mix is Lambertian.
+fn mixed(
+    own: SpectrumSource,
+    share: f64,
+    second: Option<&SpectrumSource>,
+    level: f64,
+) -> SpectrumSource {
+    if share < LEAST_SHARE || matches!(own, SpectrumSource::Fresnel(_)) {
+        return own;
+    }
+    let second = second.cloned().unwrap_or(SpectrumSource::Constant(level));
+    let of = |share, spectrum| Component { share, spectrum };
+    SpectrumSource::Mix(vec![of(1.0 - share, own), of(share, second)])
+}
+
+/// The least share of a component that a mix names.
+const LEAST_SHARE: f64 = 1e-4;
+
+/// Names files by their full paths, so that the recipe can lie in another folder.
+fn stand_alone(scene: &mut Scene) {
+    let folder = scene.folder().to_owned();
+    let absolute = |path: &Path| {
+        let path = folder.join(path);
+        std::path::absolute(&path).unwrap_or(path)
+    };
+    for file in scene.files_mut() {
+        *file.path = absolute(file.path);
+    }
+    if let SceneGeometry::Packing(packing) = &mut scene.geometry
+        && let Some(library) = &mut packing.library
+    {
+        *library = absolute(library);
+    }
+}
+
 /// The materials of the grains' bodies.
 fn grains(scene: &Scene) -> Vec<String> {
     match &scene.geometry {
-        crate::scene::SceneGeometry::Packing(packing) => {
+        SceneGeometry::Packing(packing) => {
             packing.grains.iter().map(|class| class.material.clone()).collect()
         }
-        crate::scene::SceneGeometry::Placed(_) => Vec::new(),
+        SceneGeometry::Placed(_) => Vec::new(),
     }
 }
 
@@ -92,7 +135,7 @@ fn facets(model: FacetModel, of: &SpectrumSource, is_grain: bool) -> SpectrumSou
         FacetModel::Library => powder,
         FacetModel::Fresnel if is_grain => SpectrumSource::Fresnel("quartz".into()),
         FacetModel::Inverted | FacetModel::Fresnel => match powder {
-            SpectrumSource::Fresnel(_) => powder,
+            SpectrumSource::Fresnel(_) | SpectrumSource::Mix(_) => powder,
             powder => {
                 let (spectrum, pure_bed) = (Box::new(powder), Vec::new());
                 SpectrumSource::Inverted(Inverted { spectrum, pure_bed })

@@ -180,9 +180,14 @@ impl<'a> Fitting<'a> {
         solver::minimise(&of, start, &self.bounds())
     }
 
-    /// Where searches begin: the ends and the middle of each of the first two parameters.
-    fn starts(&self) -> Vec<DVector<f64>> {
+    /// Where searches begin: near parameters that are given, else at low, middle and high values of
+    /// each of the first two parameters.
+    fn starts(&self, near: Option<&[f64]>) -> Vec<DVector<f64>> {
         let middle = DVector::from_fn(self.free.len(), |i, _| self.parameter(i).prior);
+        if let Some(near) = near {
+            let near = |i: usize| near.get(self.free[i]).copied().unwrap_or(middle[i]);
+            return vec![DVector::from_fn(self.free.len(), |i, _| near(i)), middle];
+        }
         let mut starts = vec![middle];
         for i in 0..self.free.len().min(2) {
             let Parameter { bounds: [low, high], .. } = self.parameter(i);
@@ -200,8 +205,8 @@ impl<'a> Fitting<'a> {
         starts
     }
 
-    /// Fits. Draws come from the seed.
-    pub fn run(&self, seed: u64) -> Estimation {
+    /// Fits. Draws come from the seed. A model like another may start near its parameters.
+    pub fn run(&self, seed: u64, near: Option<&[f64]>) -> Estimation {
         let um = &self.observed.um;
         let mut discrepancy = Discrepancy { standard_deviation: 0.02, length_um: 0.22 };
         let mut x = DVector::from_fn(self.free.len(), |i, _| self.parameter(i).prior);
@@ -211,7 +216,7 @@ impl<'a> Fitting<'a> {
         for round in 0..MOST_ROUNDS {
             let root = root(with(&known, um, discrepancy));
             let minimum = if round < 2 {
-                let starts = self.starts();
+                let starts = self.starts(near);
                 let found: Vec<Minimum> = starts.iter().map(|s| self.best(&root, s)).collect();
                 minima = different(&found);
                 let by_squares = |a: &Minimum, b: &Minimum| a.squares().total_cmp(&b.squares());

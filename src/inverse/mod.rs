@@ -163,10 +163,10 @@ impl Ground<'_> {
         Ok((traced, materials))
     }
 
-    /// The forward model with facets of a kind.
-    fn soil(&self, facets: FacetModel) -> Result<Soil, Error> {
+    /// The forward model with facets of a kind, and the second component at a place.
+    fn soil(&self, facets: FacetModel, on: On) -> Result<Soil, Error> {
         let (traced, materials) = self.traced(facets)?;
-        let second = self.second()?;
+        let second = self.second(on)?;
         let is_flat = second.emissivity.is_none();
         let mut parameters = soil_parameters(beds::covers(&traced), traced.large_share, is_flat);
         let ours = |prior: &&(String, f64, f64)| NAMES.contains(&prior.0.as_str());
@@ -176,9 +176,8 @@ impl Ground<'_> {
         Ok(Soil::new(&self.um, parameters, second, (&materials, &roles), full, fresh)?)
     }
 
-    fn second(&self) -> Result<Second, Error> {
-        let Options { second, on, .. } = self.options;
-        let emissivity = match second {
+    fn second(&self, on: On) -> Result<Second, Error> {
+        let emissivity = match &self.options.second {
             None => None,
             Some(source) => {
                 let spectrum = Spectrum::resolve(source, Path::new(""))?;
@@ -187,7 +186,7 @@ impl Ground<'_> {
                 Some(of?)
             }
         };
-        Ok(Second { emissivity, on: *on })
+        Ok(Second { emissivity, on })
     }
 
     /// Linear mixing of the powders' spectra, with a flat component or without.
@@ -210,6 +209,8 @@ impl Ground<'_> {
         parameters.truncate(3);
         parameters[0].name = "fines".into();
         parameters[1].name = "flat".into();
+        // As a powder, not on facets, whose scattering makes it blacker.
+        parameters[2].prior = 0.97;
         if !with_flat {
             for parameter in &mut parameters[1..] {
                 parameter.prior_standard_deviation = 0.0;
@@ -222,18 +223,13 @@ impl Ground<'_> {
     }
 
     /// Fits a model of emissivity to what was seen, which may be radiance.
-    fn fit(
-        &self,
-        soil: &dyn Model,
-        name: &str,
-        facets: Option<FacetModel>,
-    ) -> Result<Fitted, Error> {
+    fn fit(&self, soil: &dyn Model, name: &str, like: Like) -> Result<Fitted, Error> {
         let Options { seen, seed, priors, error, .. } = self.options;
         match seen {
             Seen::Emissivity { bands, errors, .. } => {
                 let errors = errors.clone().unwrap_or_else(|| vec![*error; bands.len()]);
                 let observed = Observed { um: self.um.clone(), bands: bands.clone(), errors };
-                Ok(fitted(soil, observed, *seed, name, facets))
+                Ok(fitted(soil, observed, *seed, name, like))
             }
             Seen::Radiance { measured, first, downwelling_error } => {
                 let (radiance, observed) =
@@ -245,10 +241,19 @@ impl Ground<'_> {
                 };
                 let here: Vec<_> = priors.iter().filter(is_here).cloned().collect();
                 replace(&mut parameters, &here)?;
-                Ok(fitted(&radiance.with(parameters), observed, *seed, name, facets))
+                Ok(fitted(&radiance.with(parameters), observed, *seed, name, like))
             }
         }
     }
+}
+
+/// What a fit is like.
+#[derive(Clone, Copy)]
+struct Like<'a> {
+    /// The facets, of a traced model.
+    facets: Option<FacetModel>,
+    /// Parameters near which it starts; `None` of the answer itself.
+    near: Option<&'a [f64]>,
 }
 
 /// A fit with its data.
@@ -263,11 +268,14 @@ fn fitted(
     observed: Observed,
     seed: u64,
     name: &str,
-    facets: Option<FacetModel>,
+    Like { facets, near }: Like,
 ) -> Fitted {
     let fitting = Fitting::new(model, &observed);
-    let estimation = fitting.run(seed);
-    let fit = summary::fit(&fitting, model, &observed, &estimation, name, facets);
+    let estimation = fitting.run(seed, near);
+    let mut fit = summary::fit(model, &observed, &estimation, name, facets);
+    if near.is_none() {
+        summary::add_profiles(&mut fit, &fitting, &estimation);
+    }
     Fitted { fit, observed, estimation }
 }
 
@@ -318,8 +326,8 @@ pub fn run(options: &Options) -> Result<Match, Error> {
     let settled = source.settle()?;
     let mut ground = Ground { options, settled, materials, um };
     let name = format!("traced, {} facets", options.facets.name());
-    let mut soil = ground.soil(options.facets)?;
-    let mut fitted = ground.fit(&soil, &name, Some(options.facets))?;
+    let mut soil = ground.soil(options.facets, options.on)?;
+    let mut fitted = ground.fit(&soil, &name, Like { facets: Some(options.facets), near: None })?;
     let mut best = None;
     let mut drops = if source.is_recipe() { MOST_DROPS } else { 0 };
     while drops > 0 {
@@ -329,29 +337,38 @@ pub fn run(options: &Options) -> Result<Match, Error> {
         let (bed, found) = best::drop(options, &source, &fitted.estimation.best)?;
         ground.settled.push(bed);
         best = Some(found);
-        soil = ground.soil(options.facets)?;
-        fitted = ground.fit(&soil, &name, Some(options.facets))?;
+        soil = ground.soil(options.facets, options.on)?;
+        fitted = ground.fit(&soil, &name, Like { facets: Some(options.facets), near: None })?;
         let error = fitted.fit.parameters[COVER].standard_error;
         if (fitted.estimation.best[COVER] - cover).abs() < 0.5 * error {
             break;
         }
     }
     let step = Step::new(monitor, "compare");
+    let best_fit = fitted.estimation.best.clone();
+    let like = |facets: FacetModel| Like { facets: Some(facets), near: Some(&best_fit) };
     let mut other_facets = Vec::new();
     for &facets in &options.others {
         let name = format!("traced, {} facets", facets.name());
-        let soil = ground.soil(facets)?;
-        other_facets.push(ground.fit(&soil, &name, Some(facets))?.fit);
+        let soil = ground.soil(facets, options.on)?;
+        other_facets.push(ground.fit(&soil, &name, like(facets))?.fit);
+        monitor.check()?;
+    }
+    let mut other_places = Vec::new();
+    for on in On::ALL.into_iter().filter(|on| *on != options.on) {
+        let name = format!("second component on {}", on.name());
+        let soil = ground.soil(options.facets, on)?;
+        other_places.push(ground.fit(&soil, &name, like(options.facets))?.fit);
         monitor.check()?;
     }
     let mut linear = Vec::new();
     for (with_flat, name) in [(false, "linear"), (true, "linear with a flat component")] {
         let model = ground.linear(soil.roles_of_materials(), with_flat)?;
-        linear.push(ground.fit(&model, name, None)?.fit);
+        linear.push(ground.fit(&model, name, Like { facets: None, near: Some(&[]) })?.fit);
     }
-    let halves = halves(&ground, &soil)?;
+    let halves = halves(&ground, &soil, like(options.facets));
     let Fitted { fit: answer, observed, estimation } = fitted;
-    step.done(&format!("{} models", 1 + other_facets.len() + linear.len()));
+    step.done(&format!("{} models", 1 + other_facets.len() + other_places.len() + linear.len()));
     let cover = soil.fresh_covers().last().copied();
     let compared = |best: best::Found| best.compared(cover.unwrap_or(0.0), &observed, &estimation);
     let best = best.map(compared).transpose()?;
@@ -359,6 +376,7 @@ pub fn run(options: &Options) -> Result<Match, Error> {
         beds: beds_of(&soil, &estimation),
         answer,
         other_facets,
+        other_places,
         linear,
         halves,
         best,
@@ -397,18 +415,18 @@ fn written(options: &Options, observed: &Observed) -> Result<Match, Error> {
 }
 
 /// The fits of every other band.
-fn halves(ground: &Ground, soil: &Soil) -> Result<Vec<Fit>, Error> {
+fn halves(ground: &Ground, soil: &Soil, like: Like) -> Vec<Fit> {
     let Seen::Emissivity { bands, errors, .. } = &ground.options.seen else {
-        return Ok(Vec::new());
+        return Vec::new();
     };
     let of = |(first, name): (usize, &str)| {
         let half = Half { model: soil, first };
         let errors = errors.clone().unwrap_or_else(|| vec![ground.options.error; bands.len()]);
         let observed =
             Observed { um: half.of(&ground.um), bands: half.of(bands), errors: half.of(&errors) };
-        fitted(&half, observed, ground.options.seed, name, Some(ground.options.facets)).fit
+        fitted(&half, observed, ground.options.seed, name, like).fit
     };
-    Ok([(0, "even bands"), (1, "odd bands")].map(of).to_vec())
+    [(0, "even bands"), (1, "odd bands")].map(of).to_vec()
 }
 
 /// What the model's beds are.

@@ -39,6 +39,8 @@ pub struct Match {
     pub answer: Fit,
     /// The other facet models, for comparison.
     pub other_facets: Vec<Fit>,
+    /// The answer's facets with the second component at the other places.
+    pub other_places: Vec<Fit>,
     /// Linear mixing of the same spectra by area, without and with a spectrally flat component.
     pub linear: Vec<Fit>,
     /// The answer's parameters from every other band: the even and the odd ones.

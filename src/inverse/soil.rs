@@ -43,6 +43,20 @@ pub enum On {
     All,
 }
 
+impl On {
+    /// All places.
+    pub const ALL: [Self; 3] = [Self::Fines, Self::Grains, Self::All];
+
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fines => "fines",
+            Self::Grains => "grains",
+            Self::All => "all",
+        }
+    }
+}
+
 /// The second component.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Second {

@@ -21,7 +21,6 @@ const DISTANCES_UM: [f64; 7] = [0.05, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2];
 
 /// The report of a fit.
 pub fn fit(
-    fitting: &Fitting,
     model: &dyn Model,
     observed: &Observed,
     found: &Estimation,
@@ -42,10 +41,6 @@ pub fn fit(
         draws.sort_by(f64::total_cmp);
         let at = |share: f64| draws[((draws.len() - 1) as f64 * share).round() as usize];
         let interval_95 = [at(0.025), at(0.975)];
-        let [low, high] = parameter.bounds;
-        let room = 0.02 * (high - low);
-        let is_free = parameter.prior_standard_deviation > 0.0;
-        let is_near = is_free && (interval_95[0] < low + room || interval_95[1] > high - room);
         Fitted {
             parameter: parameter.clone(),
             best: found.best[place],
@@ -54,7 +49,7 @@ pub fn fit(
             interval_95,
             degrees_of_freedom: found.averaging[(place, place)],
             at_bound: found.held[place],
-            profile: is_near.then(|| profile(fitting, found, place, interval_95, [low, high])),
+            profile: None,
         }
     };
     Fit {
@@ -72,6 +67,18 @@ pub fn fit(
         autocorrelation: autocorrelation(&observed.um, &residuals),
         minima: found.minima,
         converged: found.converged,
+    }
+}
+
+/// Adds the profile likelihoods of parameters whose interval comes near a bound.
+pub fn add_profiles(fit: &mut Fit, fitting: &Fitting, found: &Estimation) {
+    for (place, fitted) in fit.parameters.iter_mut().enumerate() {
+        let ([low, high], [from, to]) = (fitted.parameter.bounds, fitted.interval_95);
+        let room = 0.02 * (high - low);
+        let is_free = fitted.parameter.prior_standard_deviation > 0.0;
+        if is_free && (from < low + room || to > high - room) {
+            fitted.profile = Some(profile(fitting, found, place, [from, to], [low, high]));
+        }
     }
 }
 
@@ -169,11 +176,11 @@ pub fn warnings(result: &Match, observed: &Observed, found: &Estimation) -> Vec<
     }
     let cover = |fit: &Fit| (fit.parameters[COVER].mean, fit.parameters[COVER].standard_error);
     let (ours, error) = cover(answer);
-    for other in &result.other_facets {
+    for other in result.other_facets.iter().chain(&result.other_places) {
         let (theirs, their_error) = cover(other);
         if (ours - theirs).abs() > error.hypot(their_error) {
-            let facets = other.facets.map_or("other", FacetModel::name).to_owned();
-            warnings.push(Warning::FacetsDiffer { facets, cover: [theirs, their_error] });
+            let (model, cover) = (other.model.clone(), [theirs, their_error]);
+            warnings.push(Warning::ModelsDiffer { model, cover });
         }
     }
     if let [even, odd] = &result.halves[..] {

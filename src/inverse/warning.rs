@@ -41,10 +41,10 @@ pub enum Warning {
         /// The bound.
         bound: f64,
     },
-    /// Facet models give different covers.
-    FacetsDiffer {
+    /// Another model of facets, or another place of the second component, gives another cover.
+    ModelsDiffer {
         /// The other model.
-        facets: String,
+        model: String,
         /// Its cover and its standard error.
         cover: [f64; 2],
     },
@@ -90,10 +90,10 @@ impl fmt::Display for Warning {
             Self::AtBound { parameter, bound } => {
                 write!(f, "{parameter} is at its bound of {bound:.3}: read its interval one-sided")
             }
-            Self::FacetsDiffer { facets, cover: [cover, error] } => write!(
+            Self::ModelsDiffer { model, cover: [cover, error] } => write!(
                 f,
-                "with {facets} facets the cover is {cover:.2} +- {error:.2}: the models differ by \
-                 more than their errors"
+                "{model}: the cover is {cover:.2} +- {error:.2}; the models differ by more than \
+                 their errors"
             ),
             Self::HalvesDiffer { covers: [even, odd] } => write!(
                 f,

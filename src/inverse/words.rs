@@ -60,7 +60,6 @@ fn quality(fit: &Fit) -> String {
 /// All of it, on a page.
 pub fn page(result: &Match) -> String {
     let Match { second, beds, .. } = result;
-    let on = serde_json::to_value(second.on).expect("plain data");
     let mut text = format!(
         "{}: {} bands, {:.2}-{:.2} um\n\n{}\n",
         result.spectrum,
@@ -72,7 +71,7 @@ pub fn page(result: &Match) -> String {
     text += &format!(
         "Second component: {}, on {} facets.\n\nParameters\n",
         second.spectrum,
-        on.as_str().unwrap_or_default()
+        second.on.name()
     );
     for fitted in &result.answer.parameters {
         let Fitted { parameter, best, standard_error, interval_95: [low, high], .. } = fitted;
@@ -93,6 +92,7 @@ pub fn page(result: &Match) -> String {
     text += "\nModels of the same bands\n";
     let all = std::iter::once(&result.answer)
         .chain(&result.other_facets)
+        .chain(&result.other_places)
         .chain(&result.linear)
         .chain(&result.halves);
     for fit in all {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::sync::OnceLock;
+use std::time::Duration;
 
 use serde_json::Value;
 use soilsig::histogram::tally::Kept;
@@ -10,7 +11,7 @@ use soilsig::inverse::estimation::{Fitting, Model, Observed, Parameter};
 use soilsig::inverse::facets::FacetModel;
 use soilsig::inverse::soil::{COVER, LARGE, LEVEL, On, Role, SECOND, Second, Soil};
 use soilsig::inverse::thinning::{self, Fines, Paths};
-use soilsig::scene::Scene;
+use soilsig::scene::{Scene, shipped as recipes};
 use soilsig::support::cache::Cache;
 use soilsig::support::monitor::Unwatched;
 use soilsig::table::materials::reflectances;
@@ -18,7 +19,7 @@ use soilsig::table::{TableMaterial, resolved};
 use soilsig::tracer::Tracer;
 use soilsig::tracer::rules::{Facet, MOST_HITS, TracingRules};
 
-use crate::support::{Noise, Place, shipped, shipped_path};
+use crate::support::{Noise, Place, a_blender, shipped, shipped_path};
 
 const SEED: u64 = 7;
 
@@ -41,6 +42,11 @@ fn bands(facets: FacetModel) -> Vec<Vec<f64>> {
     reflectances(&spectra, Kept::PLAIN, &um()).expect("in range")
 }
 
+/// Beds traced with facets of a kind.
+fn trace(beds: &[Settled], facets: FacetModel, cache: &Cache) -> Traced {
+    beds::trace(beds, &materials(facets), &bands(facets), SEED, cache, &Unwatched).expect("traced")
+}
+
 /// The shipped patch, thinned in steps and traced.
 fn traced(facets: FacetModel) -> &'static Traced {
     static ALL: [OnceLock<Traced>; 2] = [OnceLock::new(), OnceLock::new()];
@@ -48,8 +54,7 @@ fn traced(facets: FacetModel) -> &'static Traced {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let cache = Cache::new(folder.path().to_owned());
         let bed = Settled::read(patch(), None).expect("its meshes");
-        beds::trace(&[bed], &materials(facets), &bands(facets), SEED, &cache, &Unwatched)
-            .expect("traced")
+        trace(&[bed], facets, &cache)
     })
 }
 
@@ -59,7 +64,11 @@ fn parameter(name: &str, prior: f64, sd: f64, bounds: [f64; 2]) -> Parameter {
 }
 
 fn soil(facets: FacetModel, on: On, second: Option<Vec<f64>>) -> Soil {
-    let Traced { full, fresh, roles, large_share } = traced(facets);
+    soil_of(traced(facets), facets, on, second)
+}
+
+fn soil_of(traced: &Traced, facets: FacetModel, on: On, second: Option<Vec<f64>>) -> Soil {
+    let Traced { full, fresh, roles, large_share } = traced;
     let covers = Soil::covers(full);
     let parameters = vec![
         parameter("cover", 0.5 * covers[1], 0.5, covers),
@@ -69,7 +78,8 @@ fn soil(facets: FacetModel, on: On, second: Option<Vec<f64>>) -> Soil {
     ];
     let second = Second { emissivity: second, on };
     let (full, fresh) = (full.clone(), fresh.clone());
-    Soil::new(&um(), parameters, second, (&materials(facets), roles), full, fresh).expect("in range")
+    Soil::new(&um(), parameters, second, (&materials(facets), roles), full, fresh)
+        .expect("in range")
 }
 
 #[test]
@@ -115,7 +125,8 @@ fn every_derivative_of_the_traced_model_is_that_of_differences() {
                 );
                 largest = largest.max(found.abs());
             }
-            assert_eq!(largest > 1e-3, place != LARGE && (place != LEVEL || has_level) || largest > 1e-3);
+            // The patch has too few fines for their sizes to tell.
+            assert!(largest > 1e-3 || place == LARGE || !has_level, "{facets:?} {place}");
         }
     }
 }
@@ -140,7 +151,8 @@ fn the_model_at_a_cover_is_what_a_trace_of_that_bed_gives() {
     for kept in [0.31, 0.62] {
         let plain = thinning::steps(&bed, &scene, &fines, paths, &[[kept; 2]], &Unwatched);
         let plain = &plain.expect("traced")[0];
-        let found = model.evaluate(&[plain.cover, 0.0, 0.95, traced(FacetModel::Library).large_share]);
+        let found =
+            model.evaluate(&[plain.cover, 0.0, 0.95, traced(FacetModel::Library).large_share]);
         let spectra = bands(FacetModel::Library);
         for (band, rho) in spectra.iter().enumerate() {
             let weight = plain.histogram.weight(rho);
@@ -170,33 +182,79 @@ fn bumps(um: &[f64], size: f64, random: &mut Noise) -> Vec<f64> {
     um.iter().map(|&um| at(um)).collect()
 }
 
-/// Soils of the model with noise and a discrepancy: how many lie in their 95 % intervals.
-#[test]
-fn twins_lie_within_their_intervals() {
-    let model = soil(FacetModel::Inverted, On::All, None);
+/// Soils of one model with noise and a discrepancy, matched with another: how many of their covers
+/// and shares of the second component lie in their 95 % intervals, and the mean standard errors.
+fn twins(truths: &Soil, model: &Soil, number: u32) -> ([u32; 2], [f64; 2]) {
     let um = um();
-    let top = Soil::covers(&traced(FacetModel::Inverted).full)[1];
+    let top = model.parameters()[COVER].bounds[1].min(truths.parameters()[COVER].bounds[1]);
     let mut random = Noise(5);
-    let (mut held, mut number) = ([0, 0], 0);
-    for twin in 0..16 {
-        let share = f64::from(twin) / 15.0;
-        let truth = [top * (0.1 + 0.8 * share), 0.1 + 0.4 * (7.0 * share).fract(), 0.95, 0.2];
+    let (mut held, mut errors) = ([0, 0], [0.0; 2]);
+    for twin in 0..number {
+        let [a, b] = [0.618_034, 0.754_878].map(|step| (f64::from(twin) * step).fract());
+        let truth = [top * (0.05 + 0.9 * a), 0.05 + 0.5 * b, 0.95, model.parameters()[LARGE].prior];
         let off = bumps(&um, 0.008, &mut random);
-        let clean = model.evaluate(&truth).bands;
+        let clean = truths.evaluate(&truth).bands;
         let bands = clean.iter().zip(&off).map(|(e, off)| e + off + 0.003 * random.normal());
-        let observed = Observed { bands: bands.collect(), errors: vec![0.003; um.len()], um: um.clone() };
-        let found = Fitting::new(&model, &observed).run(SEED);
-        assert!(found.draws.iter().all(|draw| (0.0..=top).contains(&draw[COVER])));
+        let bands: Vec<f64> = bands.collect();
+        let observed = Observed { bands, errors: vec![0.003; um.len()], um: um.clone() };
+        let found = Fitting::new(model, &observed).run(SEED, None);
+        assert!(found.draws.iter().all(|draw| (0.0..=top.max(1.0)).contains(&draw[COVER])));
         for (i, place) in [COVER, SECOND].into_iter().enumerate() {
             let mut draws: Vec<f64> = found.draws.iter().map(|draw| draw[place]).collect();
             draws.sort_by(f64::total_cmp);
-            let [low, high] = [0.025, 0.975].map(|q| draws[(q * draws.len() as f64) as usize]);
-            held[i] += u32::from((low..=high).contains(&truth[place]));
+            let at = |share: f64| draws[(share * draws.len() as f64) as usize];
+            held[i] += u32::from((at(0.025)..=at(0.975)).contains(&truth[place]));
+            errors[i] += (at(0.84) - at(0.16)) / 2.0 / f64::from(number);
         }
-        number += 1;
     }
+    (held, errors)
+}
+
+#[test]
+fn twins_lie_within_their_intervals() {
+    let model = soil(FacetModel::Inverted, On::All, None);
+    let (held, _) = twins(&model, &model, 16);
     // Of 16 with a probability of .95 each, 12 or fewer are one in a hundred.
-    assert!(held.iter().all(|&held| held >= 13), "{held:?} of {number}");
+    assert!(held.iter().all(|&held| held >= 13), "{held:?}");
+}
+
+/// `make twins`: 200 twins of the model's own beds, and 200 of beds that it never saw, dropped anew.
+#[test]
+#[ignore = "takes minutes, and a Blender"]
+fn two_hundred_twins() {
+    let Some(blender) = a_blender() else { return };
+    let text = recipes::text("full").expect("it is shipped");
+    let scene = Scene::parse(text, Path::new("full.json")).expect("a scene");
+    let cache = Cache::of_user();
+    let source = beds::Source {
+        scene: &scene,
+        is_shipped: true,
+        beds: 2,
+        blender: Some(blender),
+        time_limit: Duration::from_secs(600),
+        cache: &cache,
+        monitor: &Unwatched,
+    };
+    // Two beds of each cover: one for the model, one for the truth.
+    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+    for (i, bed) in source.settle().expect("dropped").into_iter().enumerate() {
+        if i % 2 == 0 { &mut ours } else { &mut theirs }.push(bed);
+    }
+    let facets = FacetModel::Inverted;
+    let model = soil_of(&trace(&ours, facets, &cache), facets, On::All, None);
+    let unseen = soil_of(&trace(&theirs, facets, &cache), facets, On::All, None);
+    for (name, truths) in [("its own beds", &model), ("beds that it never saw", &unseen)] {
+        let (held, errors) = twins(truths, &model, 200);
+        println!(
+            "twins of {name}: in their 95 % intervals are {:.1} % of the covers and {:.1} % of the \
+             shares; mean standard errors {:.3} and {:.3}",
+            f64::from(held[0]) / 2.0,
+            f64::from(held[1]) / 2.0,
+            errors[0],
+            errors[1]
+        );
+        assert!(held.iter().all(|held| *held >= 180), "{name}: {held:?} of 200");
+    }
 }
 
 fn signature(place: &Place, name: &str, emissivity: impl Fn(f64) -> f64) {
@@ -226,7 +284,9 @@ fn a_match_writes_its_files_and_gives_the_same_bytes_again() {
     assert!(off < 3.0 * number(&cover["standard_error"]), "{cover}");
     let schema = soilsig::cli::schema::of(soilsig::cli::schema::Format::Match);
     assert!(jsonschema::is_valid(&schema, &result));
-    for file in ["match.csv", "match.svg", "match.png", "posterior.svg", "posterior.png", "match.txt"] {
+    for file in
+        ["match.csv", "match.svg", "match.png", "posterior.svg", "posterior.png", "match.txt"]
+    {
         assert!(place.path("m").join(file).is_file(), "{file}");
     }
 }

@@ -215,7 +215,7 @@ impl Spectrum {
         if let Some(Temperature { k, error_k }) = self.other_temperature(known) {
             let _ = writeln!(
                 text,
-                "warning: at 7.36 um, where quartz is black, the target looks {k:.2} +- \
+                "warning: at 7.36 um, where quartz is nearly black, the target looks {k:.2} +- \
                  {error_k:.2} K warm: if it is quartz, the given temperature is wrong"
             );
         }
