@@ -94,12 +94,13 @@ fn prior(text: &str) -> Result<(String, f64, f64), String> {
 }
 
 pub fn run(args: &Args, context: &Context) -> Outcome {
-    let scene = match &args.scene {
+    let mut scene = match &args.scene {
         None => {
             Scene::parse(shipped::text("full").expect("it is shipped"), Path::new("full.json"))?
         }
         Some(path) => Scene::read(path)?,
     };
+    scene.seed = args.seed;
     output::keeps([&args.spectrum], [args.out.join("match.json"), args.out.join("match.csv")])?;
     output::folder(&args.out)?;
     let seen = seen(args)?;

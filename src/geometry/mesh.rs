@@ -172,12 +172,12 @@ impl Curvature {
     }
 }
 
-fn corners(vertices: &[Vec3], triangle: [u32; 3]) -> [DVec3; 3] {
+pub(super) fn corners(vertices: &[Vec3], triangle: [u32; 3]) -> [DVec3; 3] {
     triangle.map(|i| vertices[i as usize].as_dvec3())
 }
 
 /// Volume of the tetrahedron between a triangle and the origin; negative if it faces the origin.
-fn signed_volume([a, b, c]: [DVec3; 3]) -> f64 {
+pub(super) fn signed_volume([a, b, c]: [DVec3; 3]) -> f64 {
     a.dot(b.cross(c)) / 6.0
 }
 

@@ -3,19 +3,18 @@
 //! A dusty grain is one mesh: its body is the largest part, its fines are the others.
 
 use std::collections::BTreeMap;
-
-use glam::Vec3;
+use std::f64::consts::PI;
 
 use super::Mesh;
-use super::mesh::{distinct, roots};
+use super::mesh::{corners, distinct, roots, signed_volume};
 
 /// The connected parts of a mesh, numbered in the order of their first triangles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parts {
     /// The part of each triangle.
     pub of_triangles: Vec<u32>,
-    /// Diagonal of the box around each part, um.
-    pub sizes_um: Vec<f32>,
+    /// Diameter of the sphere of each part's volume, um; of no meaning for an open part.
+    pub diameters_um: Vec<f64>,
     /// The material of each part's first triangle.
     pub materials: Vec<u16>,
 }
@@ -25,29 +24,27 @@ impl Parts {
     pub fn of(mesh: &Mesh) -> Self {
         let roots = roots(&distinct(&mesh.vertices), &mesh.triangles);
         let mut numbers: BTreeMap<u32, u32> = BTreeMap::new();
-        let mut boxes: Vec<(Vec3, Vec3)> = Vec::new();
-        let mut parts = Self { of_triangles: Vec::new(), sizes_um: vec![], materials: vec![] };
-        for (triangle, &material) in mesh.triangles.iter().zip(&mesh.materials) {
+        let (mut of_triangles, mut materials) = (Vec::new(), Vec::new());
+        let mut volumes = Vec::new();
+        for (&triangle, &material) in mesh.triangles.iter().zip(&mesh.materials) {
             let next = numbers.len() as u32;
             let part = *numbers.entry(roots[triangle[0] as usize]).or_insert(next);
-            parts.of_triangles.push(part);
             if part == next {
-                boxes.push((Vec3::INFINITY, Vec3::NEG_INFINITY));
-                parts.materials.push(material);
+                materials.push(material);
+                volumes.push(0.0);
             }
-            for corner in triangle.map(|i| mesh.vertices[i as usize]) {
-                let (min, max) = &mut boxes[part as usize];
-                (*min, *max) = (min.min(corner), max.max(corner));
-            }
+            of_triangles.push(part);
+            volumes[part as usize] += signed_volume(corners(&mesh.vertices, triangle));
         }
-        parts.sizes_um = boxes.iter().map(|(min, max)| (*max - *min).length()).collect();
-        parts
+        let diameter = |volume: &f64| (6.0 / PI * volume.abs()).cbrt();
+        Self { of_triangles, diameters_um: volumes.iter().map(diameter).collect(), materials }
     }
 
     /// Number of the largest part: the body of a dusty grain. `None` of a mesh without triangles.
     pub fn largest(&self) -> Option<u32> {
-        let size = |part: &u32| self.sizes_um[*part as usize];
-        (0..self.sizes_um.len() as u32).max_by(|a, b| size(a).total_cmp(&size(b)).then(b.cmp(a)))
+        let size = |part: &u32| self.diameters_um[*part as usize];
+        let all = 0..self.diameters_um.len() as u32;
+        all.max_by(|a, b| size(a).total_cmp(&size(b)).then(b.cmp(a)))
     }
 }
 
@@ -81,7 +78,7 @@ impl Mesh {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
+    use glam::{DVec3, Vec3};
 
     use super::*;
 
@@ -103,7 +100,7 @@ mod tests {
         let parts = Parts::of(&dusty());
         assert_eq!(parts.of_triangles, [0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2]);
         assert_eq!(parts.materials, [1, 0, 1]);
-        assert!((parts.sizes_um[1] - 9.0 * 3.0_f32.sqrt()).abs() < 1e-4);
+        assert!((parts.diameters_um[1] - 9.0 * PI.cbrt().recip()).abs() < 1e-4);
         assert_eq!(parts.largest(), Some(1));
     }
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use super::soil::{FreshBed, FullBed, LargeShare, Role, Soil};
+use super::soil::{FullBed, LargeShare, Role, Soil};
 use super::thinning::{self, Fines, Paths, Roles, Thinned};
 use crate::beds::Order;
 use crate::beds::own_grains::OwnGrains;
@@ -24,7 +24,7 @@ use crate::tracer::rules::{Facet, MOST_HITS, TracingRules};
 /// Shares of the fines that are left in the steps: the covers lie evenly.
 const KEPT: [f64; 9] = [0.0, 0.04, 0.09, 0.16, 0.25, 0.37, 0.53, 0.74, 1.0];
 
-/// Covers at which beds are dropped anew beside the answer, as shares of the full cover.
+/// Covers at which beds are dropped anew beside the answer.
 pub const FRESH: [f64; 2] = [0.0, 0.5];
 
 /// Where the effect of the large fines is traced: shares of the fines that are left, of which
@@ -62,15 +62,15 @@ pub struct Source<'a> {
 pub struct Settled {
     scene: Scene,
     tracer: Tracer,
-    /// The cover that was asked for; `None` of a bed of full cover.
-    asked: Option<f64>,
+    /// Whether it is a bed of full cover, to be thinned.
+    is_full: bool,
 }
 
 impl Settled {
     /// Reads a placed scene.
-    pub fn read(scene: Scene, asked: Option<f64>) -> Result<Self, Error> {
+    pub fn read(scene: Scene, is_full: bool) -> Result<Self, Error> {
         let tracer = Tracer::of(&Sources::read(&scene)?)?;
-        Ok(Self { scene, tracer, asked })
+        Ok(Self { scene, tracer, is_full })
     }
 }
 
@@ -91,20 +91,20 @@ impl<'a> Source<'a> {
     /// The beds of full cover and, of a recipe, those of lower covers.
     pub fn settle(&self) -> Result<Vec<Settled>, Error> {
         let SceneGeometry::Packing(_) = &self.scene.geometry else {
-            return Ok(vec![Settled::read(self.scene.clone(), None)?]);
+            return Ok(vec![Settled::read(self.scene.clone(), true)?]);
         };
         let step = Step::new(self.monitor, "drop");
         let blender = blender::find(self.blender.as_deref(), self.cache.blenders(), self.monitor)?;
-        let recipes: Vec<(Scene, Option<f64>)> = std::iter::once((self.scene.clone(), None))
-            .chain(FRESH.map(|cover| (self.covered(cover), Some(cover))))
+        let recipes: Vec<(Scene, bool)> = std::iter::once((self.scene.clone(), true))
+            .chain(FRESH.map(|cover| (self.covered(cover), false)))
             .collect();
         // Blender has one thread for each bed. So recipes are dropped side by side.
         let silent = Silently(self.monitor);
         let dropped: Vec<Result<Vec<Settled>, Error>> = std::thread::scope(|scope| {
             let running: Vec<_> = (recipes.iter())
-                .map(|(scene, asked)| {
+                .map(|(scene, is_full)| {
                     let (blender, silent) = (&blender, &silent);
-                    scope.spawn(move || self.drop(blender, scene, *asked, silent))
+                    scope.spawn(move || self.drop(blender, scene, *is_full, silent))
                 })
                 .collect();
             running.into_iter().map(|thread| thread.join().expect("no panic")).collect()
@@ -122,14 +122,17 @@ impl<'a> Source<'a> {
 
     /// The recipe with a lower cover.
     pub fn covered(&self, cover: f64) -> Scene {
-        if self.is_shipped {
-            let covered = shipped::with_cover(cover);
-            return Scene { seed: self.scene.seed, ..covered };
-        }
-        let mut scene = self.scene.clone();
+        let mut scene = if self.is_shipped {
+            Scene { seed: self.scene.seed, ..shipped::with_cover(cover) }
+        } else {
+            self.scene.clone()
+        };
         if let SceneGeometry::Packing(packing) = &mut scene.geometry {
-            for class in &mut packing.grains {
-                class.fines = crate::scene::Fines::Cover(Cover { silhouette: cover });
+            packing.seed = self.scene.seed;
+            if !self.is_shipped {
+                for class in &mut packing.grains {
+                    class.fines = crate::scene::Fines::Cover(Cover { silhouette: cover });
+                }
             }
         }
         scene
@@ -139,7 +142,7 @@ impl<'a> Source<'a> {
         &self,
         blender: &blender::Blender,
         scene: &Scene,
-        asked: Option<f64>,
+        is_full: bool,
         monitor: &dyn Monitor,
     ) -> Result<Vec<Settled>, Error> {
         let SceneGeometry::Packing(packing) = &scene.geometry else {
@@ -161,7 +164,7 @@ impl<'a> Source<'a> {
         let log = |i: usize| folder.path().join(format!("{i}.log"));
         let made = order.beds(self.cache, &log, &Step::new(monitor, "drop"))?;
         made.iter()
-            .map(|made| Settled::read(Scene::read(&made.folder.join("scene.json"))?, asked))
+            .map(|made| Settled::read(Scene::read(&made.folder.join("scene.json"))?, is_full))
             .collect()
     }
 }
@@ -171,7 +174,7 @@ pub struct Traced {
     /// Beds of full cover, thinned.
     pub full: Vec<FullBed>,
     /// Beds dropped anew.
-    pub fresh: Vec<FreshBed>,
+    pub fresh: Vec<Thinned>,
     /// The role of each material.
     pub roles: Vec<Role>,
     /// Share of the large fines of the recipe, by number.
@@ -194,24 +197,20 @@ pub fn trace(
     let mut large_share = 0.0;
     let (mut full, mut fresh) = (Vec::new(), Vec::new());
     for (i, bed) in (0..).zip(beds) {
-        let fines = match bed.asked {
-            None => {
-                let fines = Fines::of(bed.tracer.bed(), &bed.scene, seed)?;
-                large_share = fines.large_share();
-                roles = Some(fines.roles.clone());
-                Some(fines)
-            }
-            Some(_) => None,
+        let fines = if bed.is_full {
+            let fines = Fines::of(bed.tracer.bed(), &bed.scene, seed)?;
+            large_share = fines.large_share();
+            roles = Some(fines.roles.clone());
+            Some(fines)
+        } else {
+            None
         };
         let roles = roles.as_ref().expect("beds of full cover come first");
         let paths = Paths { rules: &rules, seed: random::seed_of(seed, i), number };
         let steps = steps(bed, fines.as_ref(), roles, paths, cache, monitor)?;
-        match (bed.asked, fines) {
-            (None, Some(fines)) => full.push(full_bed(steps, fines.large_share())),
-            (asked, _) => {
-                let asked = asked.unwrap_or(0.0);
-                fresh.extend(steps.into_iter().map(|bed| FreshBed { asked, bed }));
-            }
+        match fines {
+            Some(fines) => full.push(full_bed(steps, fines.large_share())),
+            None => fresh.extend(steps),
         }
     }
     let found = roles.expect("there is a bed of full cover");
@@ -265,6 +264,8 @@ fn kept(large_share: f64) -> Vec<[f64; 2]> {
 /// Sorts the traced steps of a bed of full cover.
 fn full_bed(mut steps: Vec<Thinned>, usual: f64) -> FullBed {
     let others = steps.split_off(KEPT.len());
+    // Where grains have few fines, a step may have lost none.
+    steps.dedup_by(|next, step| next.cover <= step.cover);
     let of = |step: Thinned| {
         let [small, large] = [(1.0 - usual) * step.kept[0], usual * step.kept[1]];
         (step, LargeShare { here: large / (small + large), usual })
@@ -278,7 +279,11 @@ fn rules(materials: &[TableMaterial], by_angle: bool, bands: &[Vec<f64>]) -> Tra
         |m: &TableMaterial| Facet { specular: m.specular, by_angle: m.spectrum.is_angular() };
     let facets: Vec<Facet> = materials.iter().map(facet).collect();
     let kept = Kept { cosines: if by_angle { COSINES } else { 1 }, ..Kept::PLAIN };
-    let greatest = |material: usize| bands.iter().map(|band| band[material]).fold(0.0, f64::max);
+    let greatest = |material: usize| {
+        let of_bands = bands.iter().map(|band| band[material]).fold(0.0, f64::max);
+        // At grazing incidence any mirror reflects all light.
+        if facets[material].by_angle { 1.0 } else { of_bands }
+    };
     let greatest: Vec<f64> = (0..materials.len())
         .flat_map(|material| vec![greatest(material); usize::from(kept.cosines)])
         .collect();

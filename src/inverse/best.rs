@@ -76,7 +76,7 @@ pub fn drop(options: &Options, source: &Source, best: &[f64]) -> Result<(Settled
     };
     let out = options.out.join(FOLDER);
     pipeline::run(&run, options.command.clone(), &out, options.cache, options.monitor)?;
-    let bed = Settled::read(Scene::read(&out.join("scene.json"))?, Some(cover))?;
+    let bed = Settled::read(Scene::read(&out.join("scene.json"))?, false)?;
     Ok((bed, Found { table: out.join("table.json") }))
 }
 

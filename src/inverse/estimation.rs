@@ -278,6 +278,10 @@ impl<'a> Fitting<'a> {
     ) -> (DVector<f64>, DMatrix<f64>, f64) {
         let places: Vec<usize> = (0..moves.len()).filter(|&i| moves[i]).collect();
         let p = places.len();
+        if p == 0 {
+            let (none, nothing) = (DVector::zeros(0), DMatrix::zeros(0, 0));
+            return (none, nothing, -0.5 * white.norm_squared());
+        }
         let slopes = slopes.select_columns(&places);
         let sd = |i: usize| self.parameter(places[i]).prior_standard_deviation;
         let from_prior = DVector::from_fn(p, |i, _| x[places[i]] - self.parameter(places[i]).prior);

@@ -115,14 +115,10 @@ fn soil_parameters(covers: [f64; 2], large_share: f64, is_flat: bool) -> Vec<Par
     ]
 }
 
-/// Replaces priors by name.
+/// Replaces the priors of these parameters; others belong to another model.
 fn replace(parameters: &mut [Parameter], priors: &[(String, f64, f64)]) -> Result<(), Error> {
     for (name, mean, sd) in priors {
-        let known: Vec<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
-        let known = known.join(", ");
-        let Some(parameter) = parameters.iter_mut().find(|p| p.name == *name) else {
-            return Err(InverseError::Parameter { name: name.clone(), known }.into());
-        };
+        let Some(parameter) = parameters.iter_mut().find(|p| p.name == *name) else { continue };
         let [low, high] = parameter.bounds;
         if !(low..=high).contains(mean) {
             return Err(InverseError::Prior { name: name.clone(), prior: *mean, low, high }.into());
@@ -130,6 +126,22 @@ fn replace(parameters: &mut [Parameter], priors: &[(String, f64, f64)]) -> Resul
         (parameter.prior, parameter.prior_standard_deviation) = (*mean, *sd);
     }
     Ok(())
+}
+
+/// An error if a prior names no parameter.
+fn known(priors: &[(String, f64, f64)], seen: &Seen) -> Result<(), Error> {
+    let more: &[&str] = match seen {
+        Seen::Emissivity { .. } => &[],
+        Seen::Radiance { .. } => &radiance::NAMES,
+    };
+    let all = [&NAMES, more].concat();
+    match priors.iter().find(|(name, ..)| !all.contains(&name.as_str())) {
+        None => Ok(()),
+        Some((name, ..)) => {
+            let (name, known) = (name.clone(), all.join(", "));
+            Err(InverseError::Parameter { name, known }.into())
+        }
+    }
 }
 
 /// The beds and all that does not depend on the facet model.
@@ -169,9 +181,7 @@ impl Ground<'_> {
         let second = self.second(on)?;
         let is_flat = second.emissivity.is_none();
         let mut parameters = soil_parameters(beds::covers(&traced), traced.large_share, is_flat);
-        let ours = |prior: &&(String, f64, f64)| NAMES.contains(&prior.0.as_str());
-        let priors: Vec<_> = self.options.priors.iter().filter(ours).cloned().collect();
-        replace(&mut parameters, &priors)?;
+        replace(&mut parameters, &self.options.priors)?;
         let Traced { full, fresh, roles, .. } = traced;
         Ok(Soil::new(&self.um, parameters, second, (&materials, &roles), full, fresh)?)
     }
@@ -235,12 +245,7 @@ impl Ground<'_> {
                 let (radiance, observed) =
                     Radiance::new(soil, measured, *first, *downwelling_error);
                 let mut parameters = radiance.parameters().to_vec();
-                let names: Vec<String> = parameters.iter().map(|p| p.name.clone()).collect();
-                let is_here = |prior: &&(String, f64, f64)| {
-                    names.contains(&prior.0) && !NAMES.contains(&prior.0.as_str())
-                };
-                let here: Vec<_> = priors.iter().filter(is_here).cloned().collect();
-                replace(&mut parameters, &here)?;
+                replace(&mut parameters, priors)?;
                 Ok(fitted(&radiance.with(parameters), observed, *seed, name, like))
             }
         }
@@ -322,6 +327,7 @@ pub fn run(options: &Options) -> Result<Match, Error> {
     for material in &materials {
         material.spectrum.covers([um[0], um[um.len() - 1]])?;
     }
+    known(&options.priors, &options.seen)?;
     let source = Source::of(options);
     let settled = source.settle()?;
     let mut ground = Ground { options, settled, materials, um };

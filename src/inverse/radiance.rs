@@ -19,6 +19,9 @@ pub struct Radiance<'a> {
     downwelling_error: f64,
 }
 
+/// The names of its parameters beside the soil's.
+pub const NAMES: [&str; 2] = ["temperature", "offset"];
+
 /// Standard deviation of the temperature's prior beyond the error of the separation, K.
 const TEMPERATURE_K: f64 = 3.0;
 /// Standard deviation of the calibration offset's prior, as a share of the mean contrast.
@@ -47,14 +50,14 @@ impl<'a> Radiance<'a> {
         let sd = first.error_k.hypot(TEMPERATURE_K);
         let mut parameters = soil.parameters().to_vec();
         parameters.push(Parameter {
-            name: "temperature".into(),
+            name: NAMES[0].into(),
             unit: "K".into(),
             prior: first.k,
             prior_standard_deviation: sd,
             bounds: [first.k - 8.0 * sd, first.k + 8.0 * sd],
         });
         parameters.push(Parameter {
-            name: "offset".into(),
+            name: NAMES[1].into(),
             unit: "W m-2 sr-1 um-1".into(),
             prior: 0.0,
             prior_standard_deviation: offset,

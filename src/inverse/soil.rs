@@ -95,14 +95,8 @@ pub struct LargeShare {
     pub usual: f64,
 }
 
-/// A bed that was dropped anew at a lower cover.
-#[derive(Debug, Clone)]
-pub struct FreshBed {
-    /// The cover that was asked for: beds of one are averaged.
-    pub asked: f64,
-    /// The bed.
-    pub bed: Thinned,
-}
+/// Covers that differ by less are taken as one where beds were dropped anew.
+const ALIKE: f64 = 0.12;
 
 /// Places of the parameters.
 pub const COVER: usize = 0;
@@ -126,7 +120,7 @@ pub struct Soil {
     /// By band, the standard error of the facets' emissivity: of fines, of grains.
     errors: Vec<[f64; 2]>,
     full: Vec<FullBed>,
-    fresh: Vec<FreshBed>,
+    fresh: Vec<Thinned>,
     /// The histograms of all steps of all full beds, of the mixes, then of the fresh ones.
     shares: Shares,
 }
@@ -156,7 +150,7 @@ impl Soil {
         second: Second,
         (materials, roles): (&[TableMaterial], &[Role]),
         full: Vec<FullBed>,
-        fresh: Vec<FreshBed>,
+        fresh: Vec<Thinned>,
     ) -> Result<Self, SpectrumError> {
         let histograms: Vec<&Histogram> = all(&full, &fresh).map(|of| &of.histogram).collect();
         let kept = histograms[0].kept;
@@ -207,7 +201,7 @@ impl Soil {
 
     /// The covers of the beds that were dropped anew.
     pub fn fresh_covers(&self) -> Vec<f64> {
-        self.fresh.iter().map(|fresh| fresh.bed.cover).collect()
+        self.fresh.iter().map(|fresh| fresh.cover).collect()
     }
 
     /// The emissivity of each fresh bed less that of the thinned ones at its cover, near 9 um.
@@ -216,9 +210,9 @@ impl Soil {
         let nearest = (0..self.um.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
         let Some(rho) = nearest.map(|band| self.mixed(band, x)) else { return Vec::new() };
         let number = all(&self.full, &self.fresh).count();
-        let of = |(i, fresh): (usize, &FreshBed)| {
+        let of = |(i, fresh): (usize, &Thinned)| {
             let mut weights = Weights::none(number);
-            self.add_thinned(&mut weights, fresh.bed.cover, [1.0, 0.0], false);
+            self.add_thinned(&mut weights, fresh.cover, [1.0, 0.0], false);
             weights.value[number - self.fresh.len() + i] -= 1.0;
             let mixture = self.shares.mixture(&weights.value);
             self.shares.weight(&[&mixture], &rho, &[]).values[0]
@@ -236,17 +230,19 @@ impl Soil {
         // The places of what is dropped anew; there is nothing to correct at full cover.
         let mut places: Vec<f64> = groups.iter().map(|(cover, _)| *cover).collect();
         places.push(Self::covers(&self.full)[1]);
-        let (first, count) = (number - self.fresh.len(), groups.len());
-        for (i, (at, beds)) in groups.iter().enumerate() {
+        let first = number - self.fresh.len();
+        for (i, (_, beds)) in groups.iter().enumerate() {
             let (share, slope) = hat(&places, i, cover);
-            if (share, slope) == (0.0, 0.0) || i >= count {
+            if (share, slope) == (0.0, 0.0) {
                 continue;
             }
-            // The correction there: fresh less thinned.
-            self.add_thinned(&mut of, *at, [-share, -slope], false);
+            let each = 1.0 / beds.len() as f64;
             for &bed in beds {
-                of.value[first + bed] += share / beds.len() as f64;
-                of.by_cover[first + bed] += slope / beds.len() as f64;
+                // The correction there: fresh less thinned.
+                let at = self.fresh[bed].cover;
+                self.add_thinned(&mut of, at, [-share * each, -slope * each], false);
+                of.value[first + bed] += share * each;
+                of.by_cover[first + bed] += slope * each;
             }
         }
         of
@@ -298,15 +294,20 @@ impl Soil {
         }
     }
 
-    /// The fresh beds by the cover that was asked for: their mean cover and their numbers.
+    /// The fresh beds in groups of nearly one cover: their mean cover and their numbers. Beds that
+    /// differ by chance at nearly the same cover would make a false slope between them; for the same
+    /// reason those near full cover are left out.
     fn groups(&self) -> Vec<(f64, Vec<usize>)> {
-        let mut order: Vec<usize> = (0..self.fresh.len()).collect();
-        order.sort_by(|&a, &b| self.fresh[a].asked.total_cmp(&self.fresh[b].asked));
+        let top = Self::covers(&self.full)[1];
+        let cover = |bed: usize| self.fresh[bed].cover;
+        let mut order: Vec<usize> =
+            (0..self.fresh.len()).filter(|&bed| cover(bed) <= top - ALIKE).collect();
+        order.sort_by(|&a, &b| cover(a).total_cmp(&cover(b)));
         let of = |beds: &[usize]| {
-            let sum: f64 = beds.iter().map(|&bed| self.fresh[bed].bed.cover).sum();
+            let sum: f64 = beds.iter().map(|&bed| cover(bed)).sum();
             (sum / beds.len() as f64, beds.to_vec())
         };
-        order.chunk_by(|&a, &b| self.fresh[a].asked == self.fresh[b].asked).map(of).collect()
+        order.chunk_by(|&a, &b| cover(b) - cover(a) < ALIKE).map(of).collect()
     }
 
     /// The share of the second component on facets of a role.
@@ -334,11 +335,9 @@ impl Soil {
 }
 
 /// All traced beds, in the order of the histograms.
-fn all<'a>(full: &'a [FullBed], fresh: &'a [FreshBed]) -> impl Iterator<Item = &'a Thinned> {
+fn all<'a>(full: &'a [FullBed], fresh: &'a [Thinned]) -> impl Iterator<Item = &'a Thinned> {
     let fewer = |bed: &'a FullBed| bed.fewer_large.iter().map(|(step, _)| step);
-    full.iter()
-        .flat_map(move |bed| bed.steps.iter().chain(fewer(bed)))
-        .chain(fresh.iter().map(|fresh| &fresh.bed))
+    full.iter().flat_map(move |bed| bed.steps.iter().chain(fewer(bed))).chain(fresh)
 }
 
 /// The value and the slope of the curve of straight lines that is 1 at one place and 0 at all

@@ -70,7 +70,7 @@ impl Fines {
             let mut random = source.stream(mesh);
             let body = parts.largest();
             let fines: Vec<u32> =
-                (0..parts.sizes_um.len() as u32).filter(|part| Some(*part) != body).collect();
+                (0..parts.diameters_um.len() as u32).filter(|part| Some(*part) != body).collect();
             let mut drawn: Vec<(f64, u32)> =
                 fines.into_iter().map(|part| (random.pair()[0], part)).collect();
             drawn.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -86,7 +86,7 @@ impl Fines {
     /// The meshes with these shares of their small and of their large fines.
     pub fn keep(&self, bed: &Bed, shares: [f64; 2]) -> Vec<Mesh> {
         let of = |(mesh, (parts, fines)): (&Mesh, (&Parts, &[Vec<u32>; 2]))| {
-            let mut keeps = vec![false; parts.sizes_um.len()];
+            let mut keeps = vec![false; parts.diameters_um.len()];
             if let Some(body) = parts.largest() {
                 keeps[body as usize] = true;
             }
@@ -111,20 +111,22 @@ impl Fines {
 
 /// Whether a fine is one of the larger class: the sizes are split where they leave the widest gap.
 fn large(parts: &Parts, body: Option<u32>) -> impl Fn(u32) -> bool {
-    let all = 0..parts.sizes_um.len() as u32;
-    let mut sizes: Vec<f32> =
-        all.filter(|part| Some(*part) != body).map(|part| parts.sizes_um[part as usize]).collect();
-    sizes.sort_by(f32::total_cmp);
-    let gap = |pair: &&[f32]| pair[1] / pair[0];
+    let all = 0..parts.diameters_um.len() as u32;
+    let mut sizes: Vec<f64> = all
+        .filter(|part| Some(*part) != body)
+        .map(|part| parts.diameters_um[part as usize])
+        .collect();
+    sizes.sort_by(f64::total_cmp);
+    let gap = |pair: &&[f64]| pair[1] / pair[0];
     let widest = sizes.windows(2).max_by(|a, b| gap(a).total_cmp(&gap(b)));
     // One class has no gap.
-    let split = widest.filter(|pair| gap(pair) > SPLIT).map_or(f32::INFINITY, |pair| pair[1]);
-    let sizes = parts.sizes_um.clone();
+    let split = widest.filter(|pair| gap(pair) > SPLIT).map_or(f64::INFINITY, |pair| pair[1]);
+    let sizes = parts.diameters_um.clone();
     move |part| sizes[part as usize] >= split
 }
 
 /// The least ratio of neighbouring sizes that splits fines into two classes.
-const SPLIT: f32 = 1.1;
+const SPLIT: f64 = 1.1;
 
 /// A bed with some of its fines, traced.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

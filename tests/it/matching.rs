@@ -53,7 +53,7 @@ fn traced(facets: FacetModel) -> &'static Traced {
     ALL[usize::from(facets == FacetModel::Fresnel)].get_or_init(|| {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let cache = Cache::new(folder.path().to_owned());
-        let bed = Settled::read(patch(), None).expect("its meshes");
+        let bed = Settled::read(patch(), true).expect("its meshes");
         trace(&[bed], facets, &cache)
     })
 }
