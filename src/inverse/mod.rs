@@ -210,7 +210,7 @@ impl Ground<'_> {
             let mut all = (Vec::new(), Vec::new());
             for &um in &self.um {
                 all.0.push(spectrum.emissivity(um)?);
-                all.1.push(spectrum.error(um)?.unwrap_or(0.01));
+                all.1.push(soil::known_error(&spectrum, um)?);
             }
             Ok(all)
         };

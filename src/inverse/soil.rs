@@ -28,6 +28,12 @@ const SPECTRA_LENGTH_UM: f64 = 0.2;
 /// powders, two samples of which differ as much.
 const SPECTRA_ERROR: f64 = 0.01;
 
+/// The standard error of a spectrum's facets, or a usual one where it is not known.
+pub(super) fn known_error(spectrum: &Spectrum, um: f64) -> Result<f64, SpectrumError> {
+    let known = spectrum.error(um)?;
+    Ok(if spectrum.has_error() { known } else { known.max(SPECTRA_ERROR) })
+}
+
 /// Where the second component is.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
@@ -157,7 +163,7 @@ impl Soil {
         let spectra: Vec<&Spectrum> = materials.iter().map(|m| &m.spectrum).collect();
         let error = |role: Role, um: f64| -> Result<f64, SpectrumError> {
             let place = roles.iter().position(|of| *of == role);
-            place.map_or(Ok(0.0), |i| Ok(spectra[i].error(um)?.unwrap_or(SPECTRA_ERROR)))
+            place.map_or(Ok(0.0), |i| known_error(spectra[i], um))
         };
         let errors = um.iter().map(|&um| Ok([error(Role::Fines, um)?, error(Role::Grains, um)?]));
         let symbols = roles.iter().flat_map(|&role| vec![role; usize::from(kept.cosines)]);
