@@ -17,6 +17,7 @@ use crate::support::error::Error;
 use crate::support::monitor::{Monitor, Silently, Step};
 use crate::support::output::{self, OutputError};
 use crate::support::random;
+use crate::support::scratch::Scratch;
 use crate::table::TableMaterial;
 use crate::tracer::Tracer;
 use crate::tracer::rules::{Facet, MOST_HITS, TracingRules};
@@ -94,7 +95,12 @@ impl<'a> Source<'a> {
             return Ok(vec![Settled::read(self.scene.clone(), true)?]);
         };
         let step = Step::new(self.monitor, "drop");
-        let blender = blender::find(self.blender.as_deref(), self.cache.blenders(), self.monitor)?;
+        let blender = blender::find(
+            self.blender.as_deref(),
+            self.cache.blenders(),
+            self.time_limit,
+            self.monitor,
+        )?;
         let recipes: Vec<(Scene, bool)> = std::iter::once((self.scene.clone(), true))
             .chain(FRESH.map(|cover| (self.covered(cover), false)))
             .collect();
@@ -160,7 +166,7 @@ impl<'a> Source<'a> {
             of_first: &[],
             time_limit: self.time_limit,
         };
-        let folder = output::temporary()?;
+        let folder = Scratch::temporary()?;
         let log = |i: usize| folder.path().join(format!("{i}.log"));
         let made = order.beds(self.cache, &log, &Step::new(monitor, "drop"))?;
         made.iter()
@@ -246,7 +252,7 @@ fn steps(
     })?;
     let path = made.folder.join(STEPS);
     let read = std::fs::read(&path).and_then(|text| Ok(serde_json::from_slice(&text)?));
-    Ok(read.map_err(|source| CacheError(OutputError { path, source }))?)
+    Ok(read.map_err(|source| CacheError::Output(OutputError { path, source }))?)
 }
 
 /// The file of a bed's steps in the cache.
