@@ -2,10 +2,10 @@
 
 python3 scripts/torture.py PROGRAM [--kills N] [--errors N] [--disks N] [--blender PATH] [--seed N]
 
-Each trial begins with a whole result of seed 1 in the folder. A run of seed 2 is disturbed. Then the
-folder must hold the result of seed 1 or that of seed 2, or no record at all (after a kill). The same
-run, undisturbed, must give the bytes of a clean run and clear up. One line tells each finding; the
-exit status is 1 if there is any.
+Each trial begins with a whole result of seed 1 in the folder. A run of seed 2 is disturbed. Then
+the folder must hold the result of seed 1 or that of seed 2, or no record at all (after a kill). The
+same run, undisturbed, must give the bytes of a clean run and clear up. One line tells each finding;
+the exit status is 1 if there is any.
 """
 
 import argparse
@@ -208,7 +208,9 @@ def disks(whole, number, chance, folder):
         trial.folder.mkdir(exist_ok=True)
         trial.reset()
         place = trial.folder / which
-        size = chance.choice([f"size={chance.randint(4, 600)}k", f"nr_inodes={chance.randint(2, 40)}"])
+        size = chance.choice(
+            [f"size={chance.randint(4, 600)}k", f"nr_inodes={chance.randint(2, 40)}"]
+        )
         mounted = ["mount", "-t", "tmpfs", "-o", f"{size},mode=700", "tmpfs", str(disk)]
         if subprocess.run(mounted, stderr=subprocess.DEVNULL).returncode:
             return {"left out: mounting is not allowed": number}
@@ -265,12 +267,15 @@ def main():
             place = folder / title.replace(" ", "_")
             place.mkdir()
             trial = Trial(program, place, scene, blender)
-            of = lambda number: max(1, round(number * share))  # noqa: E731
+            number = {
+                name: max(1, round(getattr(options, name) * share))
+                for name in ("kills", "errors", "disks")
+            }
             print(f"{title}: a run takes {trial.seconds:.2f} s", flush=True)
-            print("  kills", kills(trial, of(options.kills), chance), flush=True)
-            print("  errors", errors(trial, of(options.errors), chance, library), flush=True)
+            print("  kills", kills(trial, number["kills"], chance), flush=True)
+            print("  errors", errors(trial, number["errors"], chance, library), flush=True)
             if not blender:
-                print("  disks", disks(trial, of(options.disks), chance, folder), flush=True)
+                print("  disks", disks(trial, number["disks"], chance, folder), flush=True)
             found += len(trial.findings)
     print(f"findings: {found}")
     sys.exit(1 if found else 0)

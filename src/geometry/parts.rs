@@ -7,6 +7,7 @@ use std::f64::consts::PI;
 
 use super::Mesh;
 use super::mesh::{corners, distinct, roots, signed_volume};
+use crate::support::math;
 
 /// The connected parts of a mesh, numbered in the order of their first triangles.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +37,7 @@ impl Parts {
             of_triangles.push(part);
             volumes[part as usize] += signed_volume(corners(&mesh.vertices, triangle));
         }
-        let diameter = |volume: &f64| (6.0 / PI * volume.abs()).cbrt();
+        let diameter = |volume: &f64| math::cbrt(6.0 / PI * volume.abs());
         Self { of_triangles, diameters_um: volumes.iter().map(diameter).collect(), materials }
     }
 

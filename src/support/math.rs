@@ -6,7 +6,7 @@
 
 use num_complex::Complex64;
 
-pub use libm::{acos, cbrt, cos, exp, expm1, hypot, log, log1p, log10, pow, powf, tan};
+pub use libm::{acos, atan2, cbrt, cos, exp, expm1, hypot, log, log1p, log10, pow, powf, tan};
 
 /// Sine and cosine.
 pub fn sin_cos(x: f64) -> (f64, f64) {

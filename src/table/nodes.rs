@@ -14,6 +14,7 @@ use crate::spectrum::optics::unpolarised_reflectance;
 use crate::spectrum::{Spectrum, SpectrumError, kirchhoff};
 use crate::support::error::Failure;
 use crate::support::linear::OutOfRange;
+use crate::support::math;
 
 /// Largest departure from straight lines between nodes, in reflectance and transmittance.
 const DEPARTURE: f64 = 0.01;
@@ -218,7 +219,7 @@ fn compared(materials: &[TableMaterial], um: f64) -> Vec<f64> {
             let eps = axis.dielectric(um);
             row.extend(COSINES.map(|cosine| unpolarised_reflectance(eps, cosine)));
             let absorbed_per_um = 4.0 * PI * eps.sqrt().im / um;
-            row.extend(LENGTHS_UM.map(|length| (-absorbed_per_um * length).exp()));
+            row.extend(LENGTHS_UM.map(|length| math::exp(-absorbed_per_um * length)));
         }
     }
     row

@@ -111,7 +111,7 @@ impl<'a> Body<'a> {
             let (x, y, z) = (a.length(), b.length(), c.length());
             // Van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30(2) 125, 1983, Eq. 8.
             let below = x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y;
-            2.0 * a.dot(b.cross(c)).atan2(below)
+            2.0 * math::atan2(a.dot(b.cross(c)), below)
         };
         self.mesh.triangles.iter().map(angle).sum::<f64>().abs() > 2.0 * PI
     }

@@ -22,6 +22,7 @@ use crate::histogram::tally::{Light, Tally};
 use crate::scene::Sides;
 use crate::spectrum::optics::{Axis, Crystal, inward, outward};
 use crate::spectrum::{Spectrum, kirchhoff};
+use crate::support::math;
 use crate::support::random::Point;
 use crate::table::{Nodes, NodesError, TableMaterial};
 
@@ -287,7 +288,7 @@ impl Tracer {
         let given_up = |light: Light, weight| Light { given_up: weight, ..light };
         loop {
             if !absorbed && let Some((_, along)) = inside.medium() {
-                weight *= (-along.absorbed_per_um * face.length_um).exp();
+                weight *= math::exp(-along.absorbed_per_um * face.length_um);
             }
             absorbed = false;
             let (mesh, material, normal, points, within) = match face.kind {
@@ -365,7 +366,7 @@ impl Tracer {
                 // reflect every path, with less weight.
                 let mut through = refracted(ray, points[1], normal, cosine_beyond);
                 let next = self.face(&mut through);
-                let transmitted = (1.0 - reflectance) * (-denser * next.length_um).exp();
+                let transmitted = (1.0 - reflectance) * math::exp(-denser * next.length_um);
                 let both = reflectance + transmitted;
                 weight *= both;
                 if share * both < reflectance {

@@ -7,6 +7,7 @@
 use num_complex::Complex64;
 
 use super::unpolarised_reflectance;
+use crate::support::math;
 
 /// What a face does with a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,7 +36,7 @@ pub fn inward(dielectric: Complex64, cosine: f64) -> Crossing {
 /// u / (u + Re(sqrt(eps - u))^2) is the square of the sine within, which gives u in closed form.
 pub fn outward(dielectric: Complex64, cosine: f64) -> Option<Crossing> {
     let Complex64 { re, im } = dielectric;
-    let u = (1.0 - cosine * cosine) / 2.0 * (re + re.hypot(im / cosine));
+    let u = (1.0 - cosine * cosine) / 2.0 * (re + math::hypot(re, im / cosine));
     (u < 1.0).then(|| {
         let cosine = (1.0 - u).sqrt();
         Crossing { reflectance: unpolarised_reflectance(dielectric, cosine).min(1.0), cosine }
