@@ -179,8 +179,8 @@ impl Size {
 fn warnings(table: &Table, bands: &Bands, is_bad: &[bool]) -> Vec<String> {
     let mut found: Vec<String> = table.warnings.iter().map(ToString::to_string).collect();
     for material in &table.materials {
-        let of_spectrum = material.spectrum.warnings();
-        found.extend(of_spectrum.iter().map(|why| format!("{}: {why}", material.name)));
+        let of_spectrum = material.spectrum.warnings().into_iter();
+        found.extend(of_spectrum.map(|why| format!("{}: {why}", material.name)));
     }
     let bad = bands.centres_um.iter().zip(is_bad).filter(|(_, is_bad)| **is_bad);
     let bad: Vec<String> = bad.map(|(um, _)| um.to_string()).collect();
