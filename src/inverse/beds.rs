@@ -295,6 +295,7 @@ fn rules(materials: &[TableMaterial], by_angle: bool, bands: &[Vec<f64>]) -> Tra
         most_hits: MOST_HITS,
         greatest,
         least_weight: LEAST_WEIGHT,
+        nodes: Vec::new(),
     }
 }
 
