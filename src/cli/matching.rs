@@ -153,7 +153,7 @@ fn second(text: &str) -> Option<SpectrumSource> {
     }
     Some(match spectrum_source(text) {
         SpectrumSource::File(path) => SpectrumSource::File(absolute(&path)),
-        SpectrumSource::Fresnel(_) | SpectrumSource::Mix(_) => {
+        SpectrumSource::Fresnel(_) | SpectrumSource::Refractive(_) | SpectrumSource::Mix(_) => {
             usage(&format!("--second {text}: give one Lambertian spectrum"))
         }
         other => other,

@@ -128,7 +128,8 @@ impl Mesh {
 
     /// Finds the particles anew.
     pub(super) fn find_particles(&mut self) {
-        self.particles = particles(&distinct(&self.vertices), &self.vertices, &self.triangles);
+        let roots = roots(&distinct(&self.vertices), &self.triangles);
+        self.particles = particles(&roots, &self.vertices, &self.triangles);
     }
 
     /// The greatest coordinate of any vertex, um. Rounding errors are relative to it.

@@ -9,9 +9,7 @@ use super::result::Best;
 use super::soil::{COVER, LEVEL, On, SECOND};
 use super::{Options, summary};
 use crate::pipeline::{self, HowMany};
-use crate::scene::{
-    Component, Constants, Grid, Inverted, Scene, SceneGeometry, SpectrumSource,
-};
+use crate::scene::{Component, Constants, Grid, Inverted, Scene, SceneGeometry, SpectrumSource};
 use crate::signature;
 use crate::support::error::Error;
 use crate::support::output;
@@ -135,11 +133,13 @@ fn facets(model: FacetModel, of: &SpectrumSource, is_grain: bool) -> SpectrumSou
     };
     match model {
         FacetModel::Library => powder,
-        FacetModel::Fresnel if is_grain => SpectrumSource::Fresnel(Constants::Shipped("quartz".into())),
+        FacetModel::Fresnel if is_grain => {
+            SpectrumSource::Fresnel(Constants::Shipped("quartz".into()))
+        }
         FacetModel::Inverted | FacetModel::Fresnel => match powder {
-            SpectrumSource::Fresnel(_)
-            | SpectrumSource::Refractive(_)
-            | SpectrumSource::Mix(_) => powder,
+            SpectrumSource::Fresnel(_) | SpectrumSource::Refractive(_) | SpectrumSource::Mix(_) => {
+                powder
+            }
             powder => {
                 let (spectrum, pure_bed) = (Box::new(powder), Vec::new());
                 SpectrumSource::Inverted(Inverted { spectrum, pure_bed })

@@ -69,7 +69,7 @@ pub fn powder(spectrum: &Spectrum) -> Spectrum {
 fn inverted(powder: Spectrum) -> Spectrum {
     match powder {
         // Facets of optical constants and mixes of facets are no powder.
-        Spectrum::Fresnel(..) | Spectrum::Mix(_) => powder,
+        Spectrum::Fresnel(..) | Spectrum::Refractive(..) | Spectrum::Mix(_) => powder,
         powder => Spectrum::Inverted(Box::new(powder), PureBed::shipped().clone()),
     }
 }

@@ -326,6 +326,12 @@ pub fn run(options: &Options) -> Result<Match, Error> {
     // What is wrong with the spectra is known before Blender is started.
     for material in &materials {
         material.spectrum.covers([um[0], um[um.len() - 1]])?;
+        if material.spectrum.is_refractive() {
+            let scene = options.scene.file.clone();
+            let problem =
+                format!("{} lets light through: a match needs opaque facets", material.name);
+            return Err(InverseError::Bed { scene, problem }.into());
+        }
     }
     known(&options.priors, &options.seen)?;
     let source = Source::of(options);

@@ -15,7 +15,7 @@ use soilsig::scene::{Scene, shipped as recipes};
 use soilsig::support::cache::Cache;
 use soilsig::support::monitor::Unwatched;
 use soilsig::table::materials::reflectances;
-use soilsig::table::{TableMaterial, resolved};
+use soilsig::table::{Prepared, TableMaterial};
 use soilsig::tracer::Tracer;
 use soilsig::tracer::rules::{Facet, MOST_HITS, TracingRules};
 
@@ -32,7 +32,7 @@ fn um() -> Vec<f64> {
 }
 
 fn materials(facets: FacetModel) -> Vec<TableMaterial> {
-    let all = resolved(&patch()).expect("its spectra");
+    let all = Prepared::new(patch(), &um()).expect("its spectra").materials;
     facets.of(&all, |number| all[number].name == "coarse").expect("shipped constants")
 }
 
@@ -145,6 +145,7 @@ fn the_model_at_a_cover_is_what_a_trace_of_that_bed_gives() {
         most_hits: MOST_HITS,
         greatest: vec![1.0; materials.len()],
         least_weight: 0.0,
+        nodes: Vec::new(),
     };
     let model = soil(FacetModel::Library, On::All, None);
     let paths = Paths { rules: &rules, seed: SEED + 1, number: 1 << 14 };
