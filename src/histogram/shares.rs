@@ -55,7 +55,9 @@ impl Shares {
         for (state, number) in numbers {
             states[number] = state.into();
         }
-        shares.iter_mut().for_each(|shares| shares.resize(states.len(), 0.0));
+        for shares in &mut shares {
+            shares.resize(states.len(), 0.0);
+        }
         Self { kept: histograms[0].kept, states, shares }
     }
 

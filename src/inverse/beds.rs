@@ -237,12 +237,11 @@ fn steps(
     let rules = format!("{:?}", paths.rules);
     let made_from = (program(), sum, &kept, paths.seed, paths.number, rules, fines.is_some());
     let made = cache.stage("thin", &made_from, |folder| {
-        let steps = match fines {
-            Some(fines) => thinning::steps(&bed.tracer, &bed.scene, fines, paths, &kept, monitor)?,
-            None => {
-                let kept = [1.0; 2];
-                vec![thinning::traced(&bed.tracer, &bed.scene, roles, paths, kept, monitor)?]
-            }
+        let (tracer, scene) = (&bed.tracer, &bed.scene);
+        let steps = if let Some(fines) = fines {
+            thinning::steps(tracer, scene, fines, paths, &kept, monitor)?
+        } else {
+            vec![thinning::traced(tracer, scene, roles, paths, [1.0; 2], monitor)?]
         };
         let text = serde_json::to_vec(&steps).expect("plain data");
         Ok(output::bytes(&folder.join(STEPS), &text)?)

@@ -215,7 +215,7 @@ impl<'a> Fitting<'a> {
         let mut known = self.known(&self.all(&x));
         let mut grid = Vec::new();
         for round in 0..MOST_ROUNDS {
-            let root = root(with(&known, um, discrepancy));
+            let root = root(&with(&known, um, discrepancy));
             let minimum = if round < 2 {
                 let starts = self.starts(near);
                 let found: Vec<Minimum> = starts.iter().map(|s| self.best(&root, s)).collect();
@@ -253,7 +253,7 @@ impl<'a> Fitting<'a> {
             })
             .collect();
         let of = |&discrepancy: &Discrepancy| {
-            let root = root(with(known, &self.observed.um, discrepancy));
+            let root = root(&with(known, &self.observed.um, discrepancy));
             let ln_det = 2.0 * root.l_dirty().diagonal().map(math::log).sum();
             let white = lower_solve(&root, &off);
             let white_slopes = lower_solve(&root, &slopes);
@@ -295,7 +295,7 @@ impl<'a> Fitting<'a> {
             ln_det += 2.0 * math::log(sd(i));
         }
         let right = slopes.tr_mul(&at_prior);
-        let root = root(precision.clone());
+        let root = root(&precision);
         let from_prior = root.solve(&right);
         ln_det += 2.0 * root.l_dirty().diagonal().map(math::log).sum();
         let squares = at_prior.norm_squared() - right.dot(&from_prior);
@@ -321,15 +321,15 @@ impl<'a> Fitting<'a> {
         let draws = truncated::draws(&components, &weights, &self.bounds(), DRAWS, seed);
         let draws = draws.iter().map(|draw| self.all(draw)).collect();
         let chi_square = [known.clone(), with(&known, &self.observed.um, discrepancy)]
-            .map(|covariance| lower_solve(&root(covariance), &off).norm_squared());
-        let root = root(with(&known, &self.observed.um, discrepancy));
+            .map(|covariance| lower_solve(&root(&covariance), &off).norm_squared());
+        let root = root(&with(&known, &self.observed.um, discrepancy));
         let white = lower_solve(&root, &slopes);
         let information = white.tr_mul(&white);
         let mut precision = information.clone();
         for i in 0..self.free.len() {
             precision[(i, i)] += self.parameter(i).prior_standard_deviation.powi(-2);
         }
-        let kernel = self::root(precision).solve(&information);
+        let kernel = self::root(&precision).solve(&information);
         let n = best.len();
         let mut averaging = DMatrix::zeros(n, n);
         for (i, &row) in self.free.iter().enumerate() {
@@ -362,7 +362,7 @@ impl<'a> Fitting<'a> {
     /// The logarithm of the profile likelihood over one parameter, relative to its greatest: the
     /// other parameters are fitted anew at each value.
     pub fn profile(&self, of: &Estimation, place: usize, values: &[f64]) -> Vec<f64> {
-        let root = root(with(&of.known, &self.observed.um, of.discrepancy));
+        let root = root(&with(&of.known, &self.observed.um, of.discrepancy));
         let start = |fitting: &Fitting| {
             DVector::from_fn(fitting.free.len(), |i, _| of.best[fitting.free[i]])
         };
@@ -437,7 +437,7 @@ fn with(known: &DMatrix<f64>, um: &[f64], discrepancy: Discrepancy) -> DMatrix<f
 }
 
 /// The Cholesky factor of a covariance. Where rounding makes it indefinite its diagonal is raised.
-fn root(covariance: DMatrix<f64>) -> Cholesky<f64, Dyn> {
+fn root(covariance: &DMatrix<f64>) -> Cholesky<f64, Dyn> {
     let mean = covariance.trace() / covariance.nrows() as f64;
     let mut raised = 1e-12;
     loop {
@@ -445,7 +445,7 @@ fn root(covariance: DMatrix<f64>) -> Cholesky<f64, Dyn> {
             return root;
         }
         let more = DMatrix::identity(covariance.nrows(), covariance.ncols()) * (raised * mean);
-        if let Some(root) = (&covariance + more).cholesky() {
+        if let Some(root) = (covariance + more).cholesky() {
             return root;
         }
         raised *= 10.0;

@@ -47,7 +47,8 @@ fn at(path: &Path) -> impl FnOnce(io::Error) -> OutputError {
 pub(super) fn begin(out: &Path) -> Result<Scratch, Error> {
     let new = scratch::beside(out)?;
     for name in output::list(out)? {
-        if name.starts_with(UNFINISHED) && name.ends_with(".log") {
+        if name.starts_with(UNFINISHED) && Path::new(&name).extension().is_some_and(|e| e == "log")
+        {
             output::remove(&out.join(name))?;
         }
     }
@@ -98,7 +99,7 @@ pub(super) fn put(
                     output::sync_folder(folder).map_err(at(folder))?;
                 }
             }
-            moves.into_place(&new.path().join(name), &out.join(name))?;
+            moves.put(&new.path().join(name), &out.join(name))?;
         }
         output::sync_folder(out).map_err(at(out))
     };
@@ -138,7 +139,7 @@ impl Moves {
         }
     }
 
-    fn into_place(&mut self, from: &Path, to: &Path) -> Result<(), OutputError> {
+    fn put(&mut self, from: &Path, to: &Path) -> Result<(), OutputError> {
         self.go(from, to).map_err(at(to))
     }
 

@@ -271,6 +271,7 @@ impl Tracer {
 
     /// Follows a path of weight 1 at one node, from the first face that it meets. Returns with it the
     /// opaque solid in which it was given up, if it was in one.
+    #[allow(clippy::too_many_lines, reason = "one walk, whose steps share all of its state")]
     pub(super) fn follow_light(
         &self,
         rules: &TracingRules,

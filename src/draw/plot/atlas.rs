@@ -123,7 +123,7 @@ fn across(panel: &Panel, places: (f64, f64)) -> (Axis, Vec<(f64, String)>) {
         let ticks = labelled(&axis);
         return (axis, ticks);
     }
-    let (low, high) = ends(&mut xs().filter(|x| *x > 0.0).map(f64::log10));
+    let (low, high) = ends(&mut xs().filter(|x| *x > 0.0).map(crate::support::math::log10));
     if xs().all(|x| x > 0.0) {
         let axis = Axis::log((low, high), places);
         let ticks = labelled(&axis);

@@ -149,6 +149,7 @@ pub(super) struct Sparse {
 }
 
 impl Sparse {
+    #[allow(clippy::ref_option, reason = "serde passes a reference")]
     fn is_empty(of: &Option<Self>) -> bool {
         of.as_ref().is_none_or(|sparse| sparse.count == 0)
     }

@@ -119,12 +119,12 @@ impl ObjFile {
         let mut curvature = Curvature::default();
         for (part, mesh) in self.models(object).filter(|(_, mesh)| !mesh.indices.is_empty()) {
             let own_name = part.object.most_likely();
-            let material = match part.material.known(|name| materials.known(Some(name))) {
-                Some(material) => material,
-                None => {
-                    let named = Some(part.material.most_likely()).filter(|name| !name.is_empty());
-                    materials.index(if own_name.is_empty() { name } else { own_name }, named)?
-                }
+            let known = part.material.known(|name| materials.known(Some(name)));
+            let material = if let Some(material) = known {
+                material
+            } else {
+                let named = Some(part.material.most_likely()).filter(|name| !name.is_empty());
+                materials.index(if own_name.is_empty() { name } else { own_name }, named)?
             };
             let first = all.len() as u32;
             all.extend(points(mesh).map(|point| turn * point * unit_um));
