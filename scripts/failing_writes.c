@@ -3,7 +3,8 @@
  *   FAIL_AT=7 FAIL_WITH=28 LD_PRELOAD=./failing_writes.so soilsig ...
  *
  * FAIL_WITH is an errno (28: disk full, 5: I/O error). All later writes fail too where FAIL_ON is
- * set, as on a disk that stays full. Standard output and standard error are left alone.
+ * set, as on a disk that stays full; files can still be renamed there. Standard output and standard
+ * error are left alone.
  */
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -19,17 +20,23 @@
 
 static atomic_long count;
 
-static int fails(void)
+/* Whether this change fails; `lasts` if those after the n-th may fail too. */
+static int fails_now(int lasts)
 {
     const char *at = getenv("FAIL_AT"), *with = getenv("FAIL_WITH");
     if (!at || !with)
         return 0;
     long now = atomic_fetch_add(&count, 1) + 1, wanted = atol(at);
-    if (now == wanted || (now > wanted && getenv("FAIL_ON"))) {
+    if (now == wanted || (lasts && now > wanted && getenv("FAIL_ON"))) {
         errno = atoi(with);
         return 1;
     }
     return 0;
+}
+
+static int fails(void)
+{
+    return fails_now(1);
 }
 
 static int is_file(int fd)
@@ -67,7 +74,7 @@ int fsync(int fd)
 
 int rename(const char *from, const char *to)
 {
-    return fails() ? -1 : REAL(rename)(from, to);
+    return fails_now(0) ? -1 : REAL(rename)(from, to);
 }
 
 int mkdir(const char *path, mode_t mode)
