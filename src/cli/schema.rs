@@ -5,7 +5,7 @@ use serde_json::Value;
 use super::{Context, Outcome, print_json};
 use crate::pipeline::record::Record;
 use crate::scene::Scene;
-use crate::signature::{budget, csv};
+use crate::signature::{budget, csv, in_bands};
 
 /// Prints the JSON Schema of a file format
 #[derive(clap::Args)]
@@ -38,6 +38,10 @@ pub fn of(format: Format) -> Value {
 }
 
 /// The columns of each CSV file of a run, with their meanings.
-pub fn column_lists() -> [(&'static str, Vec<(&'static str, &'static str)>); 2] {
-    [("signature.csv", csv::columns()), ("budget.csv", budget::COLUMNS.to_vec())]
+pub fn column_lists() -> [(&'static str, Vec<(&'static str, &'static str)>); 3] {
+    [
+        ("signature.csv", csv::columns()),
+        ("budget.csv", budget::COLUMNS.to_vec()),
+        ("the bands of sensors", in_bands::COLUMNS.to_vec()),
+    ]
 }

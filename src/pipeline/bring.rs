@@ -82,7 +82,9 @@ impl Run<'_> {
         }
         let placed = Scene::read(&made.folder.join("scene.json"))?;
         let seed = random::seed_of(scene.seed, packing);
-        let mut placed = Scene { geometry: placed.geometry, seed, ..scene.clone() };
+        // The file that is written has the changes in it.
+        let mut placed =
+            Scene { geometry: placed.geometry, seed, changes: Vec::new(), ..scene.clone() };
         if let (Some(particles), SceneGeometry::Placed(Placed { domain: Some(domain), .. })) =
             (self.options.field, &mut placed.geometry)
         {

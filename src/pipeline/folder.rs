@@ -7,9 +7,9 @@ use crate::support::error::Error;
 use crate::support::monitor::{Monitor, Step};
 use crate::support::output;
 
-/// Files of a drop that differ from run to run: they hold times of day, durations or, as Blender's
-/// own file does, addresses in memory.
-const NOT_REPRODUCIBLE: [&str; 3] = ["blender.log", "drop.json", "scene.blend"];
+/// Files of a drop that differ from run to run: they hold times of day, durations, the command
+/// or, as Blender's own file does, addresses in memory.
+const NOT_REPRODUCIBLE: [&str; 4] = ["blender.log", "drop.json", "scene.blend", super::page::PAGE];
 
 /// The one place of the pipeline that writes files.
 pub(super) struct Folder<'a> {

@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::check::{Checked, need, within};
+use super::{Change, Scene};
 
 /// The emissivity of a material's facets: one of these keys.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -38,6 +39,39 @@ pub struct Inverted {
     /// file. Default: the shipped pure bed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pure_bed: Vec<PathBuf>,
+}
+
+/// What the spectra of powders give to facets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[serde(rename_all = "snake_case")]
+pub enum Facets {
+    /// The powder's spectrum itself, as the paper does.
+    Library,
+    /// The spectrum inverted by a pure bed: scattering between grains counts once.
+    Inverted,
+}
+
+impl Facets {
+    /// Gives the facets of all powders this meaning. Constants and optical constants are those of
+    /// a facet and stay.
+    pub fn apply(self, scene: &mut Scene) {
+        for material in &mut scene.materials {
+            let source = &mut material.spectrum;
+            match (self, &mut *source) {
+                (Self::Inverted, SpectrumSource::Builtin(_) | SpectrumSource::File(_)) => {
+                    let spectrum = Box::new(source.clone());
+                    *source = SpectrumSource::Inverted(Inverted { spectrum, pure_bed: Vec::new() });
+                }
+                (Self::Library, SpectrumSource::Inverted(inverted)) => {
+                    *source = (*inverted.spectrum).clone();
+                }
+                _ => {}
+            }
+        }
+        scene.changes.push(Change::of_facets(self));
+    }
 }
 
 impl SpectrumSource {

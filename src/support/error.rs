@@ -17,8 +17,8 @@ pub enum Status {
     Input = 3,
     /// The limit on paths or time ended the trace before its tolerance; the result is written.
     ToleranceNotReached = 4,
-    /// A replayed run gave other bytes.
-    ReplayDiffers = 5,
+    /// A replayed run gave other bytes, or two results differ beyond their errors.
+    Differs = 5,
     /// No Blender was found.
     BlenderMissing = 10,
     /// The Blender found has a version that soilsig cannot use.
@@ -44,7 +44,10 @@ impl Status {
         (Self::Usage, "the command line is wrong"),
         (Self::Input, "a scene, spectrum, mesh or table is wrong"),
         (Self::ToleranceNotReached, "the result is written, but its tolerance was not reached"),
-        (Self::ReplayDiffers, "a replayed run gave other bytes"),
+        (
+            Self::Differs,
+            "a replayed run gave other bytes, or two results differ beyond their errors",
+        ),
         (Self::BlenderMissing, "no Blender was found"),
         (Self::BlenderVersion, "Blender has a version that soilsig cannot use"),
         (Self::BlenderNumpy, "Blender's Python has no numpy"),

@@ -2,10 +2,12 @@
 
 mod blender_control;
 mod budget;
+mod changes;
 mod chart;
 mod chemistry;
 mod closed_forms;
 mod command_line;
+mod diff;
 mod dust;
 mod exports;
 mod failures;
@@ -19,6 +21,7 @@ mod library;
 mod messages;
 mod mitsuba;
 mod packings;
+mod page;
 mod pictures;
 mod pipeline;
 mod precision;
@@ -29,6 +32,7 @@ mod reciprocity;
 mod reference;
 mod rooms;
 mod rules;
+mod sensors;
 mod separation;
 mod shards;
 mod spectra;

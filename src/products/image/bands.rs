@@ -1,132 +1,61 @@
-//! The bands of an image, and the wavelengths at which it is evaluated.
+//! The bands of an image.
 
 use std::path::Path;
 
 use crate::scene::{Grid, Sensor, SensorBands};
+use crate::spectrum::bands::Band;
 use crate::spectrum::resample::Response;
 use crate::support::error::Error;
 
-/// Spacing of the wavelengths within a band, nm. Curves bend on a scale of 10 nm or more.
-const NODES_NM: f64 = 2.0;
+pub(super) use crate::spectrum::bands::Bands;
 
-/// The bands of an image.
-pub(super) struct Bands {
-    /// Centroids, um.
-    pub centres_um: Vec<f64>,
-    /// Wavelengths at which the image is evaluated, um, ascending.
-    pub nodes_um: Vec<f64>,
-    /// The nodes of each band with their weights, which sum to 1.
-    pub weights: Vec<Vec<(usize, f64)>>,
+/// The sensor's bands, else the wavelengths of the grid. Files are relative to `folder`.
+pub(super) fn bands(sensor: Option<&Sensor>, folder: &Path, grid: &Grid) -> Result<Bands, Error> {
+    let bands = match sensor.and_then(|sensor| sensor.bands.as_ref()) {
+        None => grid.wavelengths_um().into_iter().map(Band::At).collect(),
+        Some(bands) => of_sensor(bands, folder)?,
+    };
+    Ok(Bands::new(&bands))
 }
 
-enum Band {
-    /// One wavelength, um.
-    At(f64),
-    Over(Response),
-}
-
-impl Bands {
-    /// The sensor's bands, else the wavelengths of the grid. Files are relative to `folder`.
-    pub(super) fn new(sensor: Option<&Sensor>, folder: &Path, grid: &Grid) -> Result<Self, Error> {
-        let bands = match sensor.and_then(|sensor| sensor.bands.as_ref()) {
-            None => grid.wavelengths_um().into_iter().map(Band::At).collect(),
-            Some(bands) => Self::of_sensor(bands, folder)?,
-        };
-        let mut nodes_um: Vec<f64> = bands.iter().flat_map(Band::nodes_um).collect();
-        nodes_um.sort_by(f64::total_cmp);
-        nodes_um.dedup();
-        let weights = bands.iter().map(|band| band.weights(&nodes_um)).collect();
-        let centres_um = bands.iter().map(Band::centre_um).collect();
-        Ok(Self { centres_um, nodes_um, weights })
-    }
-
-    fn of_sensor(bands: &[SensorBands], folder: &Path) -> Result<Vec<Band>, Error> {
-        let mut all = Vec::new();
-        for band in bands {
-            match *band {
-                SensorBands::Box { centre_um, width_um: 0.0 } => all.push(Band::At(centre_um)),
-                SensorBands::Box { centre_um, width_um } => {
-                    let (from_um, to_um) = (centre_um - width_um / 2.0, centre_um + width_um / 2.0);
-                    all.push(Band::Over(Response::boxed(from_um, to_um)));
-                }
-                SensorBands::Gaussian { centre_um, fwhm_um } => {
-                    all.push(Band::Over(Response::gaussian(centre_um, fwhm_um)));
-                }
-                SensorBands::File(ref file) => {
-                    all.push(Band::Over(Response::read(&folder.join(file))?));
-                }
-                SensorBands::Grid { from_um, to_um, step_um, fwhm_um } => {
-                    let grid = Grid::new(from_um, to_um, step_um).expect("the scene was checked");
-                    let band = |centre_um| Band::Over(Response::gaussian(centre_um, fwhm_um));
-                    all.extend(grid.wavelengths_um().into_iter().map(band));
-                }
+fn of_sensor(bands: &[SensorBands], folder: &Path) -> Result<Vec<Band>, Error> {
+    let mut all = Vec::new();
+    for band in bands {
+        match *band {
+            SensorBands::Box { centre_um, width_um: 0.0 } => all.push(Band::At(centre_um)),
+            SensorBands::Box { centre_um, width_um } => {
+                let (from_um, to_um) = (centre_um - width_um / 2.0, centre_um + width_um / 2.0);
+                all.push(Band::Over(Response::boxed(from_um, to_um)));
             }
-        }
-        Ok(all)
-    }
-
-    /// The band whose centroid is nearest to a wavelength, um.
-    pub(super) fn nearest(&self, um: f64) -> usize {
-        let off = |band: &usize| (self.centres_um[*band] - um).abs();
-        (0..self.centres_um.len())
-            .min_by(|a, b| off(a).total_cmp(&off(b)))
-            .expect("there is at least one band")
-    }
-
-    /// The mean over a band of a curve given at the nodes.
-    pub(super) fn mean(&self, band: usize, at_nodes: &[f64]) -> f64 {
-        self.weights[band].iter().map(|&(node, weight)| weight * at_nodes[node]).sum()
-    }
-}
-
-impl Band {
-    fn centre_um(&self) -> f64 {
-        match self {
-            Self::At(um) => *um,
-            Self::Over(response) => response.centre_um(),
-        }
-    }
-
-    fn nodes_um(&self) -> Vec<f64> {
-        match self {
-            Self::At(um) => vec![*um],
-            Self::Over(response) => {
-                let [from_um, to_um] = response.span_um();
-                let numbers = (from_um * 1e3 / NODES_NM).ceil() as u64
-                    ..=(to_um * 1e3 / NODES_NM).floor() as u64;
-                let mut nodes = vec![from_um, to_um];
-                nodes.extend(numbers.map(|number| number as f64 * NODES_NM / 1e3));
-                nodes
+            SensorBands::Gaussian { centre_um, fwhm_um } => {
+                all.push(Band::Over(Response::gaussian(centre_um, fwhm_um)));
+            }
+            SensorBands::File(ref file) => {
+                all.push(Band::Over(Response::read(&folder.join(file))?));
+            }
+            SensorBands::Grid { from_um, to_um, step_um, fwhm_um } => {
+                let grid = Grid::new(from_um, to_um, step_um).expect("the scene was checked");
+                let band = |centre_um| Band::Over(Response::gaussian(centre_um, fwhm_um));
+                all.extend(grid.wavelengths_um().into_iter().map(band));
             }
         }
     }
-
-    fn weights(&self, nodes_um: &[f64]) -> Vec<(usize, f64)> {
-        let place = |um: f64| nodes_um.partition_point(|&node| node < um);
-        match self {
-            Self::At(um) => vec![(place(*um), 1.0)],
-            Self::Over(response) => {
-                let [first, last] = response.span_um().map(place);
-                let weights = response.weights(&nodes_um[first..=last]);
-                (first..).zip(weights).collect()
-            }
-        }
-    }
+    Ok(all)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn bands(bands: Vec<SensorBands>) -> Bands {
+    fn of(bands: Vec<SensorBands>) -> Bands {
         let sensor = Sensor { pixels: [1, 1], bands: Some(bands), ..Sensor::default() };
-        Bands::new(Some(&sensor), Path::new(""), &Grid::PAPER).expect("sound bands")
+        super::bands(Some(&sensor), Path::new(""), &Grid::PAPER).expect("sound bands")
     }
 
     /// Means of um squared, which are known exactly.
     #[test]
     fn bands_weigh_a_curve_as_their_responses_ask() {
-        let all = bands(vec![
+        let all = of(vec![
             SensorBands::Box { centre_um: 9.0, width_um: 0.5 },
             SensorBands::Gaussian { centre_um: 10.3, fwhm_um: 0.2 },
             SensorBands::Box { centre_um: 8.9371, width_um: 0.0 },

@@ -28,7 +28,6 @@ use crate::support::statistics::T_95;
 use crate::table::{Prepared, Stop, Target};
 use crate::tracer::rules::TracingRules;
 use crate::tracer::{Tracer, trace};
-use bands::Bands;
 use camera::Camera;
 use evaluate::Evaluator;
 use netcdf::About;
@@ -75,7 +74,7 @@ pub fn make(
     monitor: &dyn Monitor,
 ) -> Result<Made, Error> {
     let sensor = scene.sensor.as_ref();
-    let bands = Bands::new(sensor, scene.folder(), grid)?;
+    let bands = bands::bands(sensor, scene.folder(), grid)?;
     let camera = Camera::new(tracer.bed(), sensor)?;
     let prepared = Prepared::new(scene.clone(), &bands.nodes_um)?;
     let target = Target::of(T_95 * asked.noise);
