@@ -131,7 +131,8 @@ function curveOf(run) {
 
   async function take(files) {
     problems.length = 0;
-    for (const file of files) {
+    // The list of a drop is empty once its event has ended.
+    for (const file of [...files]) {
       try {
         const one = readSpectrum(file.name, await file.text());
         measured.push(one);
