@@ -6,7 +6,8 @@ COVERAGE = sparse
 # window, browser.
 WITHOUT =
 
-.PHONY: help run test lint docs setup bench intervals chart scale packings tolerances budgets facets stress clean
+.PHONY: help run test lint docs setup bench intervals twins chart scale packings tolerances budgets \
+    facets refraction stress torture clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -53,6 +54,11 @@ bench: setup ## time the pipeline; compare the tracer with Embree and Mitsuba
 intervals: ## count how often the 95 % intervals hold the truth
 	cargo bench --bench intervals
 
+# docs/physics/match.md
+twins: setup ## match 200 simulated soils, and count how many lie in their intervals
+	SOILSIG_TEST_BLENDER=$$(command -v blender) cargo test --release --test it \
+	    two_hundred_twins -- --ignored --nocapture
+
 # docs/measurements/speed_against_accuracy.md
 chart: setup ## chart error against time, for the settled patch and for sparse beds
 	cargo build --release
@@ -60,6 +66,11 @@ chart: setup ## chart error against time, for the settled patch and for sparse b
 	target/release/soilsig chart scenes/settled_patch.json --beside docs/figures/chart_patch/mitsuba.csv \
 	    --out docs/figures/chart_patch
 	target/release/soilsig chart sparse --out docs/figures/chart_sparse
+
+# docs/measurements/refraction.md; LIBRARY: files of quartz of the ECOSTRESS library
+refraction: setup ## compare beds that let light through with measured quartz powders
+	cargo build --release
+	python3 scripts/refraction.py target/release/soilsig target/refraction $(LIBRARY)
 
 # docs/measurements/scale.md
 scale: setup ## chart time and memory of fields of 10^4 to 10^9 particles
@@ -90,6 +101,12 @@ facets: setup ## measure the effect of the number of facets, in finished beds
 stress: setup ## drive the method until it fails; write the figure and tables of its atlas
 	cargo build --release
 	python3 scripts/stability.py target/release/soilsig
+
+# SECURITY.md, docs/reference/promises.md
+torture: setup ## kill runs, let writes fail, fill disks; look for what is half done or left over
+	cargo build --release
+	python3 scripts/torture.py target/release/soilsig --kills 500 --errors 200 \
+	    --blender "$$(command -v blender)"
 
 clean: ## remove all builds and installed tools: target, .venv, .tools
 	cargo clean

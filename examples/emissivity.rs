@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example emissivity scenes/settled_patch.json`
 
-use soilsig::{Budget, Grid, Monitor, Origin, Request, Scene, Target, evaluate, trace};
+use soilsig::{Budget, Grid, Monitor, Request, Scene, Target, evaluate, trace};
 
 /// Prints each tenth of the paths. `is_cancelled` could ask a button whether to stop.
 struct Percent;
@@ -21,7 +21,7 @@ fn main() -> Result<(), soilsig::Error> {
 
     let tables = [table];
     let bands = evaluate(&tables, &grid.wavelengths_um())?;
-    let budget = Budget::new(&tables, &bands, Origin::Given)?;
+    let budget = Budget::new(&tables, &bands)?;
     println!("um    emissivity  +- (95 %, all that is known)");
     for (band, share) in bands.iter().zip(&budget.bands) {
         println!("{:<5} {:.4}      {:.4}", band.wavelength_um, band.emissivity.mean, share.total);

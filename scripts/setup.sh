@@ -43,7 +43,7 @@ check_rust() {
 }
 
 # soilsig itself tells whether a Blender is usable.
-is_usable() { cargo run --quiet --release -- doctor "$@" >/dev/null 2>&1; }
+is_usable() { target/release/soilsig doctor "$@" >/dev/null 2>&1; }
 
 may_apt() {
     have apt-get || return
@@ -166,9 +166,14 @@ setup_to_docs() {
 }
 
 case $goal in
-run | test | bench)
+run | bench)
     check_rust
     cargo build --release
+    ;;
+test)
+    check_rust
+    # The tests need all of the library: one build serves both.
+    cargo build --release --features internals
     ;;
 docs) ;;
 *) stop "$goal is not a goal: name run, test, bench or docs" ;;

@@ -31,15 +31,11 @@ def planned(soilsig, scene, out, tolerance):
     record = json.loads(run.stdout)
     with open(out / "signature.csv") as file:
         bands = list(csv.DictReader(file))
-    # Work of the pilots that is no part of the result: beds whose fines were kept apart, deeper
-    # beds, the search for the depth.
+    # Work of the pilots that is no part of the result: beds whose fines were kept apart.
     (reached,) = record["reached"].values()
     spent = sum(stage["seconds"] for stage in record["stages"] if not stage["cached"])
     stages, plan = record["stages"], reached["plan"]
-    names = [stage["name"] for stage in stages]
-    end = names.index("pilot depth") + 1 if "pilot depth" in names else 0
-    start = 0 if plan["touching"] or "depth" in plan else max(end - 1, 0)
-    lost = stages[start:end]
+    lost = stages[:2] if plan["touching"] else []
     return {
         "tolerance": tolerance,
         "emissivity": [float(band["emissivity"]) for band in bands],
@@ -58,7 +54,6 @@ def row(run, finest):
     return [
         f"{run['tolerance']:g}",
         str(plan["packings"]) + (", fines touch" if plan["touching"] else ""),
-        str(plan["depth"]["grains"]) if "depth" in plan else "all",
         f"{run['wall']:.0f}",
         f"{run['cpu']:.0f}",
         f"{100 * run['lost']:.0f} %",
@@ -74,7 +69,6 @@ def main(soilsig, scene, out, tolerances):
     heads = [
         "tolerance",
         "packings",
-        "grains",
         "wall, s",
         "CPU, s",
         "planning",

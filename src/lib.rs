@@ -43,6 +43,8 @@
     not(feature = "cli"),
     allow(dead_code, unused_imports, reason = "some parts serve the program alone")
 )]
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests write no results"))]
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod radiometry;
 pub mod scene;
@@ -72,6 +74,10 @@ mod geometry;
 pub mod histogram;
 #[cfg(not(feature = "internals"))]
 mod histogram;
+#[cfg(all(feature = "internals", feature = "pipeline"))]
+pub mod inverse;
+#[cfg(all(not(feature = "internals"), feature = "pipeline"))]
+mod inverse;
 #[cfg(all(feature = "internals", feature = "pipeline"))]
 pub mod pipeline;
 #[cfg(all(not(feature = "internals"), feature = "pipeline"))]
@@ -109,7 +115,7 @@ pub use histogram::{Estimate, Histogram, Mean};
 #[cfg(feature = "netcdf")]
 pub use products::image;
 pub use scene::{Grid, Scene};
-pub use signature::budget::{Budget, Origin, Share};
+pub use signature::budget::{Budget, Share};
 pub use signature::{Band, csv_text, evaluate};
 pub use spectrum::Spectrum;
 pub use support::error::{Error, Failure, Status};

@@ -9,13 +9,13 @@ use std::ffi::OsString;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 use serde::Serialize;
 
 use crate::beds::own_grains::OwnGrains;
-use crate::blender::{self, Blender, Event, Job, Version};
+use crate::blender::{self, Blender, BlenderError, Event, Job, Version};
 use crate::scene::{Packing, Scene, SceneGeometry};
 use crate::support::cache::{Cache, CacheError, Made};
 use crate::support::error::Error;
@@ -62,7 +62,8 @@ struct MadeFrom<'a> {
 
 impl Order<'_> {
     /// The folders of the beds, in the order of the seeds. Drops the beds that are not in the
-    /// cache. Each Blender writes its output to `log` of the first packing that it makes.
+    /// cache. Each Blender writes its output to `log` of the first packing that it makes, which is
+    /// removed after a success. If one fails the others are stopped.
     pub fn beds(
         &self,
         cache: &Cache,
@@ -76,21 +77,32 @@ impl Order<'_> {
         let missing: Vec<usize> = (0..found.len()).filter(|&i| found[i].is_none()).collect();
         let blenders = rayon::current_num_threads().min(missing.len());
         let done = AtomicU64::new(0);
+        let monitor = OneForAll { monitor: step.monitor, failed: AtomicBool::new(false) };
         let results: Vec<Result<(), Error>> = std::thread::scope(|scope| {
             let running: Vec<_> = (0..blenders)
                 .map(|first| {
                     let lot: Vec<usize> =
                         missing.iter().copied().skip(first).step_by(blenders).collect();
                     let (inputs, done, total) = (&inputs, &done, missing.len() as u64);
+                    let monitor = &monitor;
                     scope.spawn(move || {
                         let on_event = |event: &Event| tell(event, done, total, step);
-                        self.make(&lot, inputs, cache, &log(lot[0]), step.monitor, &on_event)
+                        let made = self.make(&lot, inputs, cache, &log(lot[0]), monitor, &on_event);
+                        if made.is_err() {
+                            monitor.failed.store(true, Ordering::Relaxed);
+                        }
+                        made
                     })
                 })
                 .collect();
             running.into_iter().map(|thread| thread.join().expect("no panic")).collect()
         });
-        results.into_iter().collect::<Result<(), Error>>()?;
+        // That one failed is why the others were interrupted.
+        let mut errors: Vec<Error> = results.into_iter().filter_map(Result::err).collect();
+        errors.sort_by_key(Error::is_interruption);
+        if let Some(error) = errors.into_iter().next() {
+            return Err(error);
+        }
         let made = beds()?.into_iter().zip(&found);
         made.map(|(made, before)| {
             let made = made.ok_or_else(|| {
@@ -139,7 +151,8 @@ impl Order<'_> {
             own_grains.copy_to(&scratch.path().join(OWN_GRAINS))?;
             packing.library = Some(OWN_GRAINS.into());
         }
-        output::bytes(&recipe, &serde_json::to_vec(&scene).expect("plain data"))?;
+        output::scratch(&recipe, serde_json::to_vec(&scene).expect("plain data"))
+            .map_err(CacheError::Output)?;
         let mut args: Vec<OsString> = vec!["--scene".into(), recipe.into()];
         for &packing in lot {
             args.extend(["--bed".into(), self.seeds[packing].to_string().into()]);
@@ -152,7 +165,7 @@ impl Order<'_> {
             args,
             out: scratch.path(),
             log,
-            time_limit: self.time_limit * lot.len() as u32,
+            time_limit: self.time_limit.saturating_mul(lot.len() as u32),
             monitor,
         };
         let finished = self.blender.run(&job, &mut |event| on_event(event));
@@ -162,10 +175,15 @@ impl Order<'_> {
                 continue;
             }
             cache.stage(STAGE, &inputs[packing], |folder| {
-                // The folder of the stage is there and empty.
-                fs::rename(&made, folder).map_err(failed(&made))?;
+                for file in output::list(&made)? {
+                    let (from, to) = (made.join(&file), folder.join(&file));
+                    fs::rename(&from, to).map_err(failed(&from))?;
+                }
                 Ok(output::copy(log, &folder.join("blender.log"))?)
             })?;
+        }
+        if matches!(finished, Ok(_) | Err(BlenderError::Interrupted)) {
+            output::remove(log)?;
         }
         finished?;
         Ok(())
@@ -174,7 +192,35 @@ impl Order<'_> {
 
 fn failed(path: &Path) -> impl FnOnce(io::Error) -> CacheError {
     let path = path.to_owned();
-    move |source| CacheError(OutputError { path, source })
+    move |source| CacheError::Output(OutputError { path, source })
+}
+
+/// Several Blenders: what stops one stops all, be it the user or the failure of another.
+struct OneForAll<'a> {
+    monitor: &'a dyn Monitor,
+    failed: AtomicBool,
+}
+
+impl Monitor for OneForAll<'_> {
+    fn begin(&self, step: &str) {
+        self.monitor.begin(step);
+    }
+
+    fn at(&self, done: u64, total: u64, what: &str) {
+        self.monitor.at(done, total, what);
+    }
+
+    fn say(&self, text: &str) {
+        self.monitor.say(text);
+    }
+
+    fn end(&self, step: &str, seconds: f64, note: &str) {
+        self.monitor.end(step, seconds, note);
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.failed.load(Ordering::Relaxed) || self.monitor.is_cancelled()
+    }
 }
 
 /// Shows the progress: the stages of a single packing, or the number of finished packings.

@@ -12,6 +12,7 @@ use crate::geometry::ingest::obj::ObjFile;
 use crate::scene::{FromLibrary, Packing, Shape, ShapeSource};
 use crate::support::error::{Error, Failure};
 use crate::support::file_error::FileError;
+use crate::support::math;
 use crate::support::output::{self, OutputError};
 
 /// Version of the format, the value of `soilsig_grain`.
@@ -130,7 +131,7 @@ impl Grain {
         if let Some(fault) = solid.fault() {
             return Err(FileError::wrong(&obj, fault));
         }
-        let diameter_um = (6.0 * solid.volume_um3() / std::f64::consts::PI).cbrt();
+        let diameter_um = math::cbrt(6.0 * solid.volume_um3() / std::f64::consts::PI);
         let difference = (diameter_um / stated_um - 1.0).abs();
         if difference.is_nan() || difference > DIAMETER_TOLERANCE {
             let problem = format!(

@@ -1,5 +1,7 @@
 //! Failures of Blender and of its scripts.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -8,6 +10,7 @@ use nix::sys::signal::Signal;
 use super::{Kind, Version};
 use crate::support::error::{Failure, Status};
 use crate::support::output::OutputError;
+use crate::support::scratch::ScratchError;
 
 /// Blender was not found or failed.
 #[derive(Debug, thiserror::Error)]
@@ -93,20 +96,42 @@ pub enum BlenderError {
     /// The user interrupted; Blender was stopped.
     #[error("interrupted; Blender was stopped")]
     Interrupted,
-    /// The log or a script could not be written.
+    /// The disk was full, or could not be written to, while Blender ran.
+    #[error("Blender could not write into {}: {message}", folder.display())]
+    Disk {
+        /// The folder.
+        folder: PathBuf,
+        /// The script's message.
+        message: String,
+        /// The file with Blender's output.
+        log: PathBuf,
+    },
+    /// The log could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The scripts could not be written.
+    #[error(transparent)]
+    Scratch(#[from] ScratchError),
 }
 
 impl BlenderError {
     /// The file with Blender's output, if it was kept.
     pub fn log(&self) -> Option<&Path> {
         match self {
-            Self::Script { log, .. } | Self::Refused { log, .. } => Some(log),
+            Self::Script { log, .. } | Self::Refused { log, .. } | Self::Disk { log, .. } => {
+                Some(log)
+            }
             Self::Crash { log, .. } | Self::Timeout { log, .. } => log.as_deref(),
             _ => None,
         }
     }
+}
+
+/// Whether a program is a script around another one, or is shut into a folder of its own.
+fn is_wrapper(path: &Path) -> bool {
+    let mut start = [0; 2];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut start));
+    path.starts_with("/snap") || (read.is_ok() && &start == b"#!")
 }
 
 impl Failure for BlenderError {
@@ -122,7 +147,7 @@ impl Failure for BlenderError {
             Self::Timeout { .. } => Status::BlenderTimeout,
             Self::Refused { .. } => Status::BlenderRefused,
             Self::Interrupted => Status::Interrupted,
-            Self::Output(_) => Status::Files,
+            Self::Disk { .. } | Self::Output(_) | Self::Scratch(_) => Status::Files,
         }
     }
 
@@ -132,8 +157,18 @@ impl Failure for BlenderError {
                 "install Blender (Debian: apt install blender python3-numpy), or name a blender or \
                  a Python with bpy in --blender or SOILSIG_BLENDER"
             }
+            Self::Unusable { path, .. } if is_wrapper(path) => {
+                "it is a script, and is started with a cleared environment (PATH is /usr/bin:/bin; \
+                 HOME and LD_LIBRARY_PATH are kept): let it set what it needs, and name programs \
+                 by their paths; it must see the folder for temporary files (TMPDIR); or name a \
+                 blender or a Python with bpy in --blender or SOILSIG_BLENDER"
+            }
             Self::Unusable { .. } => {
                 "name a blender or a Python with bpy in --blender or SOILSIG_BLENDER"
+            }
+            Self::Disk { .. } => {
+                "free some space, or name other folders in SOILSIG_CACHE (earlier results) and \
+                 TMPDIR (temporary files)"
             }
             Self::Unsupported { .. } => {
                 "install a newer Blender, or name another one in --blender or SOILSIG_BLENDER"
@@ -159,6 +194,7 @@ impl Failure for BlenderError {
             }
             Self::Interrupted => return None,
             Self::Output(error) => return error.hint(),
+            Self::Scratch(error) => return error.hint(),
         };
         let log = self.log().map(|log| format!("Blender's log: {}", log.display()));
         let parts = [remedy, log.as_deref().unwrap_or_default()];

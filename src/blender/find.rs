@@ -2,6 +2,8 @@
 
 use std::env;
 use std::ffi::{OsStr, OsString};
+use std::fs;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -12,14 +14,19 @@ use crate::support::monitor::Monitor;
 /// The environment variable that names the Blender to use.
 pub const VARIABLE: &str = "SOILSIG_BLENDER";
 
+/// Longest that a Blender may take to say what it is.
+pub const PATIENCE: Duration = Duration::from_secs(60);
+
 /// Finds the Blender to use. `explicit` is the value of `--blender`. Known Blenders are remembered
-/// in the folder `cache`.
+/// in the folder `cache`. `limit` is the longest that Blender may take, at most [`PATIENCE`].
 pub fn find(
     explicit: Option<&Path>,
     cache: &Path,
+    limit: Duration,
     monitor: &dyn Monitor,
 ) -> Result<Blender, BlenderError> {
-    Search::new(explicit, cache).find(monitor)
+    let search = Search::new(explicit, cache);
+    Search { patience: limit.min(PATIENCE), ..search }.find(monitor)
 }
 
 /// The places of a search and its time limit.
@@ -75,7 +82,7 @@ impl Search {
             folder: env::current_dir().unwrap_or_default(),
             cache: cache.to_owned(),
             afresh: false,
-            patience: Duration::from_secs(60),
+            patience: PATIENCE,
         }
     }
 
@@ -98,7 +105,10 @@ impl Search {
             }
             attempts.push(Attempt { place, path: None, outcome: Outcome::Nothing });
         }
+        // A working folder of somebody else may have one.
         let venv = self.folder.join(".venv/bin/python");
+        let is_ours = fs::symlink_metadata(&venv)
+            .is_ok_and(|now| [0, nix::unistd::geteuid().as_raw()].contains(&now.uid()));
         for (place, name) in [
             ("blender on PATH", OsStr::new("blender")),
             (".venv/bin/python", venv.as_os_str()),
@@ -106,7 +116,7 @@ impl Search {
             ("python3.11 on PATH", OsStr::new("python3.11")),
             ("python on PATH", OsStr::new("python")),
         ] {
-            let path = self.which(name);
+            let path = self.which(name).filter(|_| name != venv || is_ours);
             let outcome =
                 path.as_deref().map_or(Outcome::Nothing, |path| self.examine(path, monitor));
             let is_last =

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 
 pub use error::BlenderError;
 pub use event::{Event, Trouble};
-pub use find::{Attempt, Outcome, Search, find};
+pub use find::{Attempt, Outcome, PATIENCE, Search, find};
 pub use run::Job;
 pub use scripts::{SCRIPTS, sha256 as scripts_sha256};
 pub use version::Version;

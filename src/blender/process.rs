@@ -21,7 +21,7 @@ use crate::support::monitor::Monitor;
 /// The interval at which the time limit, the user's interrupt and the child's end are checked.
 const POLL: Duration = Duration::from_millis(20);
 /// The time for a process to end when asked, and for its pipe to close after its end.
-const GRACE: Duration = Duration::from_secs(2);
+const GRACE: Duration = Duration::from_secs(1);
 
 /// How a process ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,18 +68,21 @@ impl From<ExitStatus> for Ending {
 
 /// A command whose process the system kills when this process dies.
 ///
-/// Only the child can ask for this (`PR_SET_PDEATHSIG`). util-linux's `setpriv` asks, then becomes
-/// the program. Without `setpriv` the program is started directly.
+/// Only the child can ask for this (`PR_SET_PDEATHSIG`). util-linux's `setpriv` asks, then becomes a
+/// shell, which becomes the program if this process still lives: it may have died before it was
+/// asked. Without `setpriv` the program is started directly.
 pub(super) fn tied_to_this_process(program: impl AsRef<OsStr>) -> Command {
     const SETPRIV: [&str; 4] = ["/usr/bin/setpriv", "--pdeathsig", "KILL", "--"];
+    const SHELL: [&str; 3] = ["/bin/sh", "-c", "[ \"$PPID\" = \"$0\" ] && exec \"$@\""];
     static WORKS: LazyLock<bool> = LazyLock::new(|| {
         let mut trial = Command::new(SETPRIV[0]);
-        trial.args(&SETPRIV[1..]).arg("true").stdin(Stdio::null());
-        trial.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|s| s.success())
+        trial.args(&SETPRIV[1..]).args(SHELL).arg(std::process::id().to_string()).arg("true");
+        trial.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+        trial.status().is_ok_and(|status| status.success())
     });
     if *WORKS {
         let mut command = Command::new(SETPRIV[0]);
-        command.args(&SETPRIV[1..]).arg(program);
+        command.args(&SETPRIV[1..]).args(SHELL).arg(std::process::id().to_string()).arg(program);
         command
     } else {
         Command::new(program)
@@ -109,7 +112,8 @@ pub(super) fn supervise(
     monitor: &dyn Monitor,
     on_line: &mut dyn FnMut(&[u8]),
 ) -> io::Result<Ending> {
-    let deadline = Instant::now() + limit;
+    // A limit beyond what a clock can tell is none.
+    let deadline = Instant::now().checked_add(limit);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(errors.try_clone()?);
     let mut group = Group(command.process_group(0).spawn()?);
     let lines = lines_of(group.0.stdout.take().expect("stdout is piped"));
@@ -129,7 +133,9 @@ pub(super) fn supervise(
             // A child of it still holds its stdout: dropping the group ends that child.
             Some((ending, since)) if since.elapsed() > GRACE => return Ok(ending),
             None if monitor.is_cancelled() => return Ok(Ending::Interrupted),
-            None if Instant::now() > deadline => return Ok(Ending::TimedOut),
+            None if deadline.is_some_and(|deadline| Instant::now() > deadline) => {
+                return Ok(Ending::TimedOut);
+            }
             None if !is_open => thread::sleep(POLL),
             Some(_) | None => {}
         }

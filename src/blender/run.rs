@@ -3,14 +3,19 @@
 use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::{self, Write};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
+
+use nix::fcntl::OFlag;
+use nix::sys::statvfs::statvfs;
 
 use super::process::{self, Ending};
 use super::{Blender, BlenderError, Event, Kind, Trouble, scripts};
 use crate::support::monitor::Monitor;
 use crate::support::output::{self, OutputError};
+use crate::support::scratch::{self, ScratchError};
 
 /// A run of a script.
 #[derive(Clone)]
@@ -75,7 +80,11 @@ impl Blender {
                     Trouble::Numpy => BlenderError::NumpyMissing { kind: self.kind, path },
                     Trouble::Version => BlenderError::Unsupported { path, version: self.version },
                     Trouble::Refused => BlenderError::Refused { message, remedy, log },
-                    Trouble::Other => BlenderError::Script { message, remedy, log },
+                    Trouble::Other => of_disk(job, &message).unwrap_or(BlenderError::Script {
+                        message,
+                        remedy,
+                        log,
+                    }),
                 });
             }
             (Ending::Exited(0), Some(Event::Done { files })) => match files.iter().find(is_missing)
@@ -90,17 +99,35 @@ impl Blender {
             }
         };
         let message = format!("{} {problem}", job.script);
-        Err(BlenderError::Script { message, remedy: None, log })
+        Err(of_disk(job, &message).unwrap_or(BlenderError::Script { message, remedy: None, log }))
     }
 }
 
+/// The error of a script that could not write, by its words or by the state of the disk.
+fn of_disk(job: &Job, message: &str) -> Option<BlenderError> {
+    const WORDS: [&str; 3] =
+        ["No space left on device", "Disk quota exceeded", "Read-only file system"];
+    let is_full = |folder: &Path| {
+        statvfs(folder).is_ok_and(|disk| {
+            disk.blocks_available() == 0 || (disk.files() > 0 && disk.files_available() == 0)
+        })
+    };
+    let folders = [job.out.to_owned(), std::env::temp_dir()];
+    let full = folders.into_iter().find(|folder| is_full(folder));
+    let folder = full.or_else(|| {
+        WORDS.iter().any(|words| message.contains(words)).then(|| job.out.to_owned())
+    })?;
+    let (message, log) = (message.to_owned(), job.log.to_owned());
+    Some(BlenderError::Disk { folder, message, log })
+}
+
 /// The temporary folder of one start of Blender, for the scripts and Blender's own temporary files.
-pub(super) struct Scratch(tempfile::TempDir);
+pub(super) struct Scratch(scratch::Scratch);
 
 impl Scratch {
-    pub(super) fn new() -> Result<Self, OutputError> {
-        let scratch = Self(output::temporary()?);
-        scripts::unpack(&scratch.scripts())?;
+    pub(super) fn new() -> Result<Self, ScratchError> {
+        let scratch = Self(scratch::Scratch::temporary()?);
+        scripts::unpack(&scratch.scripts()).map_err(ScratchError)?;
         Ok(scratch)
     }
 
@@ -148,7 +175,9 @@ pub(super) fn run_logged(
         output::folder(folder)?;
     }
     // The log stands in its place from the start, so that it can be read while Blender runs.
-    let mut file = File::create(log).map_err(at)?;
+    let mut options = File::options();
+    options.write(true).create(true).truncate(true).custom_flags(OFlag::O_NOFOLLOW.bits());
+    let mut file = options.open(log).map_err(at)?;
     let mut written = writeln!(file, "{command:?}");
     let ending = process::supervise(command, &file, limit, monitor, &mut |line| {
         let (event, text) = Event::split(line);

@@ -88,7 +88,7 @@ pub fn sha256() -> String {
 
 /// Writes all scripts into a folder.
 pub(super) fn unpack(folder: &Path) -> Result<(), OutputError> {
-    SCRIPTS.iter().try_for_each(|(path, text)| output::bytes(&folder.join(path), text.as_bytes()))
+    SCRIPTS.iter().try_for_each(|(path, text)| output::scratch(&folder.join(path), text))
 }
 
 #[cfg(test)]

@@ -9,12 +9,16 @@ use clap::builder::{StringValueParser, TypedValueParser};
 
 use super::usage;
 use crate::draw::plot;
+use crate::pipeline::MOST_SECONDS;
 use crate::radiometry::Assumed;
-use crate::scene::{Change, Grid, Inverted, Scene, Sky, SpectrumSource};
+use crate::scene::{
+    Change, Component, Constants, ConstantsFile, Grid, Inverted, Scene, Sky, SpectrumSource,
+};
 use crate::spectrum::Spectrum;
 use crate::support::cache::Cache;
 use crate::support::error::Error;
-use crate::support::output::{self, OutputError};
+use crate::support::output;
+use crate::support::scratch::Scratch;
 
 /// The bands of a signature.
 #[derive(Args)]
@@ -72,7 +76,11 @@ pub struct Assumptions {
 
 impl Assumptions {
     pub fn assumed(&self) -> Assumed {
-        Assumed { downwelling_error: self.sky_error, amplification_limit: self.amplification_limit }
+        Assumed {
+            downwelling_error: self.sky_error,
+            amplification_limit: self.amplification_limit,
+            ..Assumed::EXACT
+        }
     }
 }
 
@@ -83,7 +91,8 @@ pub struct InBlender {
     #[arg(long, value_name = "PATH", value_parser = utf8_path())]
     blender: Option<PathBuf>,
     /// Longest that Blender may take, seconds
-    #[arg(long, value_name = "S", default_value_t = 600)]
+    #[arg(long, value_name = "S", default_value_t = 600,
+          value_parser = clap::value_parser!(u64).range(1..=MOST_SECONDS))]
     pub blender_timeout: u64,
     /// Do not use earlier results
     #[arg(long)]
@@ -94,9 +103,7 @@ impl InBlender {
     /// The Blender asked for. A path is made absolute, so that a record holds elsewhere; a name is
     /// looked up on PATH.
     pub fn blender(&self) -> Option<PathBuf> {
-        let is_name = |path: &&PathBuf| path.components().count() == 1;
-        let name = self.blender.as_ref().filter(is_name).cloned();
-        name.or_else(|| self.blender.as_deref().map(absolute))
+        self.blender.as_deref().map(named)
     }
 
     /// Does the work with the cache, or with an empty one of its own.
@@ -108,7 +115,7 @@ impl InBlender {
         if !self.no_cache {
             return work(cache);
         }
-        let folder = scratch()?;
+        let folder = Scratch::temporary()?;
         work(&cache.other_results(folder.path().to_owned()))
     }
 }
@@ -170,15 +177,14 @@ pub fn utf8_path() -> impl TypedValueParser<Value = PathBuf> {
     StringValueParser::new().map(PathBuf::from)
 }
 
+/// A program: its absolute path, or a name to look up on PATH.
+pub fn named(program: &Path) -> PathBuf {
+    if program.components().count() == 1 { program.to_owned() } else { absolute(program) }
+}
+
 /// A path that holds in any folder.
 pub fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
-}
-
-/// A folder that is removed when it goes out of scope.
-pub fn scratch() -> Result<tempfile::TempDir, Error> {
-    let failed = |source| OutputError { path: std::env::temp_dir(), source };
-    Ok(tempfile::tempdir().map_err(failed)?)
 }
 
 /// The ending of a file's name, in lower case.
@@ -187,7 +193,7 @@ pub fn ending(path: &Path) -> String {
 }
 
 /// A spectrum on the command line: a number, a shipped one's name, `fresnel:CONSTANTS`, `inverted:`
-/// before a powder's, else a file.
+/// before a powder's, `mix:SHARE*SPECTRUM+SHARE*SPECTRUM`, else a file.
 pub fn spectrum_source(text: &str) -> SpectrumSource {
     if let Ok(value) = text.parse::<f64>() {
         if !(0.0..=1.0).contains(&value) {
@@ -195,9 +201,23 @@ pub fn spectrum_source(text: &str) -> SpectrumSource {
         }
         SpectrumSource::Constant(value)
     } else if let Some(constants) = text.strip_prefix("fresnel:") {
-        SpectrumSource::Fresnel(constants.to_owned())
+        SpectrumSource::Fresnel(constants_source(constants))
+    } else if let Some(components) = text.strip_prefix("mix:") {
+        let component = |text: &str| {
+            let parts =
+                text.split_once('*').and_then(|(share, of)| Some((share.parse().ok()?, of)));
+            let Some((share, of)) = parts else {
+                usage(&format!("{text:?} is not SHARE*SPECTRUM"))
+            };
+            Component { share, spectrum: spectrum_source(of) }
+        };
+        let mix = SpectrumSource::Mix(components.split('+').map(component).collect());
+        if let Some(problem) = mix.problem() {
+            usage(&format!("{text:?}: {problem}"));
+        }
+        mix
     } else if let Some(powder) = text.strip_prefix("inverted:") {
-        if powder.starts_with("inverted:") || powder.starts_with("fresnel:") {
+        if ["inverted:", "fresnel:", "mix:"].iter().any(|other| powder.starts_with(other)) {
             usage(&format!(
                 "{text:?} is not a spectrum: after inverted: name a powder's, by a shipped one's \
                  name, a file or a number"
@@ -209,6 +229,15 @@ pub fn spectrum_source(text: &str) -> SpectrumSource {
         SpectrumSource::Builtin(text.to_owned())
     } else {
         SpectrumSource::File(text.into())
+    }
+}
+
+/// Optical constants on the command line: a shipped set's name, or a .json file.
+fn constants_source(text: &str) -> Constants {
+    if ending(Path::new(text)) == "json" {
+        Constants::File(ConstantsFile { file: text.into() })
+    } else {
+        Constants::Shipped(text.to_owned())
     }
 }
 

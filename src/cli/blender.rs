@@ -42,7 +42,8 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         return Ok(None);
     }
     let Context { cache, terminal, .. } = context;
-    let found = blender::find(args.blender.as_deref(), cache.blenders(), terminal)?;
+    let found =
+        blender::find(args.blender.as_deref(), cache.blenders(), blender::PATIENCE, terminal)?;
     let grains = args.grains.as_deref().map(absolute);
     found.open_window(grains.as_deref(), &args.more, terminal)?;
     Ok(None)

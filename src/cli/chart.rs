@@ -8,7 +8,7 @@ use super::{Context, Outcome, print};
 use crate::blender;
 use crate::scene::{Scene, SceneGeometry, shipped};
 use crate::studies::chart::{self, Maker};
-use crate::support::output;
+use crate::support::lock::Lock;
 
 /// Charts the error of the emissivity against computing time, for every setting that trades them
 ///
@@ -47,13 +47,14 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     };
     let grid = args.bands.grid();
     let beside = args.beside.as_deref().map(chart::beside).transpose()?;
-    output::folder(&args.out)?;
+    let _lock = Lock::of(&args.out)?;
     let mut trade = match &scene.geometry {
         SceneGeometry::Placed(_) => chart::patch(&scene, &grid, args.quick, monitor)?,
         SceneGeometry::Packing(packing) => {
             let wanted = args.in_blender.blender();
-            let blender = blender::find(wanted.as_deref(), cache.blenders(), monitor)?;
             let time_limit = Duration::from_secs(args.in_blender.blender_timeout);
+            let cache = cache.blenders();
+            let blender = blender::find(wanted.as_deref(), cache, time_limit, monitor)?;
             let maker = Maker { blender: &blender, grid: &grid, time_limit, monitor };
             chart::packings(&scene, packing, &maker, args.quick)?
         }

@@ -6,6 +6,7 @@ use super::arguments::{Bands, Changes, ending};
 use super::{Context, Outcome, print, print_list, usage};
 use crate::geometry::ingest::Sources;
 use crate::products::export::{self, To};
+use crate::support::lock::Lock;
 use crate::support::output;
 
 /// Writes a placed scene as a DIRSIG bundle or for Mitsuba 3, and names what is lost
@@ -32,7 +33,7 @@ pub fn run(args: &Args, _: &Context) -> Outcome {
         usage("--at takes three wavelengths, as in 8.5,9,11");
     }
     let scene = args.changes.read(&args.scene)?;
-    output::folder(&args.folder)?;
+    let _lock = Lock::of(&args.folder)?;
     // The names of written files depend on the scene: none of its own files may be in their place.
     let endings: &[&str] = match args.to {
         To::Dirsig => &["odb", "mat", "obj", "ems"],

@@ -6,6 +6,7 @@ use super::arguments::{Bands, Changes, tolerance};
 use super::{Context, Outcome, print, print_json};
 use crate::products::image::{self, Asked, MOST_PATHS, Made};
 use crate::support::error::Status;
+use crate::support::lock::Lock;
 use crate::support::monitor::Step;
 use crate::tracer::trace;
 
@@ -72,6 +73,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         scene.sensor.get_or_insert_default().pixels = pixels;
     }
     // Before the work, not after it.
+    let _lock = Lock::of(&args.out)?;
     image::may_write(&args.out)?;
     let asked = Asked {
         noise: args.noise,
@@ -121,6 +123,7 @@ fn lines(made: &Made, asked: &Asked, with_details: bool) -> Vec<String> {
     if made.empty > 0.0 {
         text.push(format!("warning: {:.1} % of the pixels see nothing", 100.0 * made.empty));
     }
+    text.extend(made.warnings.iter().map(|warning| format!("warning: {warning}")));
     if with_details {
         let paths = made.paths as f64 / pixels;
         text.push(format!("{} bands; {paths:.0} paths per pixel", made.bands));

@@ -11,6 +11,7 @@ mod grains;
 mod image;
 mod import;
 pub mod interrupt;
+mod matching;
 mod merge;
 mod picture;
 mod pipeline;
@@ -33,7 +34,7 @@ use serde::Serialize;
 use crate::support::cache::Cache;
 use crate::support::error::{Error, Status};
 use crate::support::output::OutputError;
-use terminal::Terminal;
+use terminal::{Terminal, escaped, one_line, tell};
 
 /// Thermal-infrared signatures of soil from the geometry of its grains
 #[derive(Parser)]
@@ -58,6 +59,7 @@ enum Command {
     Signature(signature::Args),
     Diff(diff::Args),
     Retrieve(retrieve::Args),
+    Match(matching::Args),
     Replay(replay::Args),
     Report(report::Args),
     Image(image::Args),
@@ -103,6 +105,7 @@ pub fn run() -> ExitCode {
         Command::Signature(args) => signature::run(args, &context),
         Command::Diff(args) => diff::run(args, &context),
         Command::Retrieve(args) => retrieve::run(args, &context),
+        Command::Match(args) => matching::run(args, &context),
         Command::Replay(args) => replay::run(args, &context),
         Command::Report(args) => report::run(args, &context),
         Command::Image(args) => image::run(args, &context),
@@ -121,9 +124,9 @@ pub fn run() -> ExitCode {
     match result {
         Ok(status) => status.map_or(ExitCode::SUCCESS, |status| ExitCode::from(status as u8)),
         Err(error) => {
-            eprintln!("error: {error}");
+            tell(&one_line(&format!("error: {error}")));
             if let Some(hint) = error.hint() {
-                eprintln!("  hint: {hint}");
+                tell(&one_line(&format!("  hint: {hint}")));
             }
             ExitCode::from(error.status() as u8)
         }
@@ -135,10 +138,10 @@ fn usage(problem: &str) -> ! {
     Cli::command().error(clap::error::ErrorKind::ValueValidation, problem).exit()
 }
 
-/// Prints to standard output. A closed pipe is no failure: its reader has read enough.
+/// Prints to standard output, with names of others made harmless. A closed pipe is no failure: its reader has read enough.
 fn print(text: &str) -> Result<(), Error> {
     let mut out = std::io::stdout();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(escaped(text).as_bytes()).and_then(|()| out.flush()) {
         Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(OutputError { path: "standard output".into(), source }.into())
         }

@@ -1,17 +1,23 @@
 //! `soilsig replay`: repeats a run and compares the results.
 
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
-use super::arguments::scratch;
+use super::arguments::{named, utf8_path};
+use super::terminal::one_line;
 use super::{Context, Outcome, command_line, print, usage};
-use crate::pipeline;
 use crate::pipeline::record::Record;
+use crate::pipeline::{self, Options};
 use crate::support::cache::Cache;
 use crate::support::error::{Failure, Status};
 use crate::support::output::{self, OutputError};
+use crate::support::scratch::Scratch;
 
 /// Repeats a recorded run and compares the results byte for byte
+///
+/// A record is a file that anybody may have written: the Blender that it names is not started. It
+/// is looked for as in every other command.
 #[derive(clap::Args)]
 pub struct Args {
     /// The run.json of the run
@@ -19,12 +25,15 @@ pub struct Args {
     /// Keep the new result in this folder
     #[arg(long, short, value_name = "FOLDER")]
     out: Option<PathBuf>,
+    /// Blender to use: its executable, or a Python that can import bpy
+    #[arg(long, value_name = "PATH", value_parser = utf8_path())]
+    blender: Option<PathBuf>,
 }
 
 pub fn run(args: &Args, context: &Context) -> Outcome {
     let before = Record::read(&args.record)?;
-    let scratch = scratch()?;
-    let cache = Cache::new(scratch.path().join("cache"));
+    let scratch = Scratch::temporary()?;
+    let cache = Cache::of_run(scratch.path().join("cache"));
     let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));
     let folder = match args.record.parent() {
         Some(folder) if folder != Path::new("") => folder,
@@ -35,11 +44,23 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     }
     let mut lines = Vec::new();
     for (path, sum) in &before.inputs {
-        if output::sha256_hex(Path::new(path)).map_err(InputGone)? != *sum {
+        let file = Path::new(path);
+        if file.exists() && !file.is_file() {
+            let source = io::Error::other("it is not a file");
+            return Err(InputGone(OutputError { path: file.to_owned(), source }).into());
+        }
+        if output::sha256_hex(file).map_err(InputGone)? != *sum {
             lines.push(format!("input changed since: {path}"));
         }
     }
-    let after = pipeline::run(&before.options, command_line(), &out, &cache, &context.terminal)?;
+    let options = Options { blender: args.blender.as_deref().map(named), ..before.options.clone() };
+    if let Some(recorded) = before.options.blender.filter(|_| options.blender.is_none()) {
+        lines.push(format!(
+            "the record names a Blender, which is not started unasked: --blender {}",
+            recorded.display()
+        ));
+    }
+    let after = pipeline::run(&options, command_line(), &out, &cache, &context.terminal)?;
     for (name, version) in &before.versions {
         if after.versions.get(name) != Some(version) {
             let now = after.versions.get(name).map_or("none", String::as_str);
@@ -54,7 +75,12 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
             Some(now) if now.sha256 == then.sha256 => "the same".into(),
             Some(now) => {
                 let expected = if now.reproducible { "" } else { " (not counted: it holds times)" };
-                let difference = difference(&folder.join(file), &out.join(file));
+                // Others may have written the record: no link out of its folder is followed.
+                let then = output::within(folder, file);
+                let difference = then.map_or_else(
+                    |error| error.to_string(),
+                    |then| difference(&then, &out.join(file)),
+                );
                 format!("differs{expected}: {difference}")
             }
         };
@@ -67,6 +93,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         0 => format!("the same result: {files} files"),
         n => format!("another result: {n} of {files} files differ"),
     };
+    let lines: Vec<String> = lines.iter().map(|line| one_line(line)).collect();
     print(&format!("{answer}\n  {}\n", lines.join("\n  ")))?;
     if let Some(out) = &args.out {
         print(&format!("result in {}\n", out.display()))?;

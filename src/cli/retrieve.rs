@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use super::arguments::{Assumptions, ending, kelvin};
+use super::terminal::tell;
 use super::{Context, Outcome, print, usage};
 use crate::products::cube::Cube;
 use crate::products::retrieve::{self, Known, RadianceError, Sky, Target};
-use crate::radiometry::{Atmosphere, Method, SkyTable, Temperature};
+use crate::radiometry::{Assumed, Atmosphere, Method, SkyTable, Temperature};
 use crate::report::terminal;
 use crate::support::error::Error;
 use crate::support::output;
@@ -28,6 +29,9 @@ pub struct Args {
     /// Find the temperature from the radiance
     #[arg(long, value_enum, conflicts_with_all = ["temperature", "temperature_error"])]
     method: Option<Method>,
+    /// The target is a powder of quartz alone, not a soil: `christiansen` takes it for blacker
+    #[arg(long, requires = "method")]
+    pure_quartz: bool,
     /// The sky: its temperature, K, or a CSV file of its radiance. Without it the sky of the CSV
     /// file, else cold and black
     #[arg(long, value_name = "K|FILE")]
@@ -35,7 +39,8 @@ pub struct Args {
     /// Atmosphere between target and sensor: a CSV file
     #[arg(long, value_name = "FILE")]
     atmosphere: Option<PathBuf>,
-    /// Standard error of the radiance, W m-2 sr-1 um-1, or an image of it
+    /// Standard error of the radiance, W m-2 sr-1 um-1, or an image of it [default: the file's own,
+    /// or the image beside it]
     #[arg(long, value_name = "L|FILE")]
     radiance_error: Option<String>,
     #[command(flatten)]
@@ -58,7 +63,8 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         Some((text, Err(_))) => Sky::Table(SkyTable::read(Path::new(text))?),
     };
     let atmosphere = args.atmosphere.as_deref().map(Atmosphere::read).transpose()?;
-    let known = Known { sky, atmosphere, target, assumed: args.assumptions.assumed() };
+    let assumed = Assumed { pure_quartz: args.pure_quartz, ..args.assumptions.assumed() };
+    let known = Known { sky, atmosphere, target, assumed };
     let words = args.sky.iter().chain(&args.radiance_error).map(Path::new);
     let files = words.chain([args.radiance.as_path()]).chain(args.atmosphere.as_deref());
     let read: Vec<PathBuf> =
@@ -96,7 +102,7 @@ fn of_spectrum(args: &Args, known: &Known, read: Vec<PathBuf>) -> Result<(), Err
         // The numbers themselves are the answer.
         None => print(&spectrum.csv_text())?,
     }
-    eprint!("{}", spectrum.in_words(known));
+    tell(spectrum.in_words(known).trim_end());
     Ok(())
 }
 
@@ -110,10 +116,15 @@ fn of_image(
     if ending(out) != "img" {
         usage(&format!("{}: images are written as .img, with their .hdr beside", out.display()));
     }
-    output::keeps(read, retrieve::Image::files(out))?;
+    let beside = retrieve::Image::errors_beside(&args.radiance);
+    let beside = beside.filter(|_| args.radiance_error.is_none());
+    let of_errors = beside.iter().flat_map(|errors| Cube::files(errors));
+    output::keeps(read.into_iter().chain(of_errors), retrieve::Image::files(out))?;
     let cube = Cube::read(&args.radiance)?;
-    let error = match args.radiance_error.as_deref().map(|text| (text, one_error(text))) {
-        None => RadianceError::One(0.0),
+    let given = args.radiance_error.as_deref().map(|text| (text, one_error(text)));
+    let beside = beside.as_ref().map(|path| path.display().to_string());
+    let error = match given.or(beside.as_deref().map(|path| (path, None))) {
+        None => RadianceError::Unknown,
         Some((_, Some(error))) => RadianceError::One(error),
         Some((text, None)) => {
             let errors = Cube::read(Path::new(text))?;
@@ -130,6 +141,9 @@ fn of_image(
     let (lines, samples, bands) = (cube.lines, cube.samples, cube.wavelengths_um.len());
     print(&format!("emissivity of {samples} x {lines} pixels in {bands} bands\n"))?;
     print(&format!("result in {}\n", out.display()))?;
-    eprint!("{}", image.statement);
+    if let Some(beside) = beside {
+        tell(&format!("the standard error of the radiance is that of {beside}"));
+    }
+    tell(image.statement.trim_end());
     Ok(())
 }

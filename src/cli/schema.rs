@@ -3,6 +3,8 @@
 use serde_json::Value;
 
 use super::{Context, Outcome, print_json};
+use crate::inverse::files;
+use crate::inverse::result::Match;
 use crate::pipeline::record::Record;
 use crate::scene::Scene;
 use crate::signature::{budget, csv, in_bands};
@@ -21,6 +23,8 @@ pub enum Format {
     Scene,
     /// run.json, the record of a run
     Run,
+    /// match.json, the result of a match
+    Match,
 }
 
 pub fn run(args: &Args, _: &Context) -> Outcome {
@@ -33,15 +37,17 @@ pub fn of(format: Format) -> Value {
     match format {
         Format::Scene => schemars::schema_for!(Scene),
         Format::Run => schemars::schema_for!(Record),
+        Format::Match => schemars::schema_for!(Match),
     }
     .into()
 }
 
 /// The columns of each CSV file of a run, with their meanings.
-pub fn column_lists() -> [(&'static str, Vec<(&'static str, &'static str)>); 3] {
+pub fn column_lists() -> [(&'static str, Vec<(&'static str, &'static str)>); 4] {
     [
         ("signature.csv", csv::columns()),
         ("budget.csv", budget::COLUMNS.to_vec()),
         ("the bands of sensors", in_bands::COLUMNS.to_vec()),
+        ("match.csv", files::COLUMNS.to_vec()),
     ]
 }

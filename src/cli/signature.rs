@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::arguments::{Assumptions, Bands, ChartFile, ending, file_of, kelvin, spectrum};
+use super::terminal::tell;
 use super::{Context, Outcome, print, spectra, usage};
 use crate::draw::plot;
 use crate::radiometry::{Atmosphere, SkyTable, Temperature};
@@ -11,7 +12,6 @@ use crate::report::compare::{self, Difference};
 use crate::report::{self, Report, Retrieval, terminal};
 use crate::scene::Sky;
 use crate::signature;
-use crate::signature::budget::Origin;
 use crate::signature::in_bands;
 use crate::spectrum::sensors::Sensor;
 use crate::support::error::Error;
@@ -46,7 +46,8 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     budget: Option<PathBuf>,
     /// Another spectrum for a material: a shipped one's name, a file or a number, each after
-    /// inverted: to invert it by a pure bed; or fresnel:CONSTANTS
+    /// inverted: to invert it by a pure bed; fresnel:CONSTANTS; or a mix by area,
+    /// mix:SHARE*SPECTRUM+SHARE*SPECTRUM
     #[arg(long = "spectrum", value_name = "MATERIAL=SPECTRUM")]
     spectra: Vec<String>,
     /// Another temperature of the scene, K
@@ -84,9 +85,8 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let temperature =
         Temperature { error_k: args.assumptions.temperature_error, ..tables[0].temperature() };
     let assumed = args.assumptions.assumed();
-    let origin = Origin::of_tables(tables.len());
     let tolerance = tables[0].stop.asked.tolerance;
-    let report = Report::new(&tables, &grid.wavelengths_um(), origin, tolerance, None)?;
+    let report = Report::new(&tables, &grid.wavelengths_um(), tolerance, None)?;
     let bands = &report.bands;
     let result = match args.out.as_deref().map(ending).as_deref() {
         Some("nc") => {
@@ -101,7 +101,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         print(&format!("result in {}\n", path.display()))?;
     } else {
         for warning in &report.reached.warnings {
-            eprintln!("warning: {warning}");
+            tell(&format!("warning: {warning}"));
         }
         print(&String::from_utf8(result).expect("CSV is text"))?;
     }
@@ -109,7 +109,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         output::bytes(path, report.budget.csv_text().as_bytes())?;
     }
     for line in Retrieval::new(&tables[0], bands, assumed).lines() {
-        eprintln!("{line}");
+        tell(&line);
     }
     for curve in &beside.curves {
         let measured = compare::Curve {
@@ -119,7 +119,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
             half_width_95: None,
         };
         let difference = Difference::new(&measured, &compare::Curve::of(&report))?;
-        eprintln!("signature less {}: {}", curve.label, difference.in_short());
+        tell(&format!("signature less {}: {}", curve.label, difference.in_short()));
     }
     if let Some(file) = chart_file {
         let versions = BTreeMap::from([("soilsig".into(), env!("CARGO_PKG_VERSION").into())]);
@@ -138,16 +138,19 @@ fn of_sensors(args: &Args, tables: &[Table]) -> Outcome {
     let mut seen = Vec::new();
     for text in &args.sensors {
         let sensor = Sensor::find(text)?;
-        eprintln!("{}: {}", sensor.name, sensor.source);
-        seen.extend(in_bands::in_bands(tables, &sensor, Origin::of_tables(tables.len()))?);
+        tell(&format!("{}: {}", sensor.name, sensor.source));
+        seen.extend(in_bands::in_bands(tables, &sensor)?);
     }
     for warning in &tables[0].warnings {
-        eprintln!("warning: {warning}");
+        tell(&format!("warning: {warning}"));
     }
     let missed = seen.iter().filter(|band| band.seen.is_none());
     let missed: Vec<String> = missed.map(|band| format!("{} {}", band.sensor, band.band)).collect();
     if !missed.is_empty() {
-        eprintln!("warning: left empty, since spectra do not hold them: {}", missed.join(", "));
+        tell(&format!(
+            "warning: left empty, since spectra do not hold them: {}",
+            missed.join(", ")
+        ));
     }
     let csv = in_bands::csv_text(&seen);
     if let Some(path) = &args.out {
@@ -172,10 +175,19 @@ fn change(table: &mut Table, args: &Args) -> Result<(), Error> {
         }
         named.push(name);
         let names: Vec<String> = table.materials.iter().map(|m| m.name.clone()).collect();
+        let is_floor = table.floor.is_some_and(|floor| names[floor] == name);
         let Some(material) = table.materials.iter_mut().find(|m| m.name == name) else {
             usage(&format!("{name:?} is not a material of the table: {}", names.join(", ")));
         };
         let spectrum = spectrum(text)?;
+        if let Some(nodes) = &table.nodes
+            && !(is_floor && nodes.floor == table.floor)
+        {
+            usage(&format!(
+                "{given:?}: the paths were traced through grains by the spectra of the scene; trace \
+                 it again"
+            ));
+        }
         if spectrum.is_angular() != material.spectrum.is_angular() {
             usage(&format!(
                 "{given:?}: the paths were traced with {}, which scatters in other directions; \

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::arguments::utf8_path;
 use super::{Context, Outcome, print, usage};
 use crate::studies::stress::{self, Setting};
+use crate::support::lock::Lock;
 use crate::support::monitor::Step;
 
 /// Drives the method to where it fails, and records whether the program says so
@@ -36,6 +37,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         let names: Vec<&str> = stress::names().collect();
         usage(&format!("{unknown:?} is not a row; the rows are {}", names.join(", ")));
     }
+    let _lock = Lock::of(&args.out)?;
     let setting = Setting {
         quick: args.quick,
         cache,

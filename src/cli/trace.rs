@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::arguments::{Bands, Changes, Enough};
 use super::{Context, Outcome, print, print_json, usage};
 use crate::report::{Report, terminal};
-use crate::signature::budget::Origin;
+use crate::support::error::{Failure, Status};
 use crate::support::monitor::Step;
 use crate::support::output;
 use crate::table::{Part, Prepared, Target};
@@ -74,17 +74,24 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let tracer = trace::tracer(&scene)?;
     step.done(&format!("{} triangles", tracer.bed().triangles()));
     let step = Step::new(monitor, "trace");
-    let mut partial = args.out.clone().into_os_string();
-    partial.push(".partial");
-    let partial = PathBuf::from(partial);
+    let name = args.out.file_name().unwrap_or_default().to_string_lossy();
+    let partial = output::sibling(&args.out, &format!("{name}.partial"))?;
     let prepared = Prepared::new(scene, &um)?;
     let grid = args.bands.grid();
-    let request = Request { partial: Some(&partial), ..Request::new(&grid, target) };
-    let table = trace::trace(&tracer, &prepared, request, monitor)?;
+    // Beside a device or a pipe nothing is left.
+    let partial = output::is_file(&args.out).then_some(&*partial);
+    let request = Request { partial, ..Request::new(&grid, target) };
+    let table =
+        trace::trace(&tracer, &prepared, request, monitor).map_err(|error| {
+            match partial.filter(|partial| error.is_interruption() && partial.is_file()) {
+                Some(partial) => InterruptedTrace { partial: partial.to_owned() }.into(),
+                None => error,
+            }
+        })?;
     table.write(&args.out)?;
-    output::remove(&partial)?;
+    partial.map_or(Ok(()), output::remove)?;
     step.done(&format!("{} paths, {} hits", table.paths, table.hits));
-    let reached = Report::new(&[table], &um, Origin::Given, tolerance, None)?.reached;
+    let reached = Report::new(&[table], &um, tolerance, None)?.reached;
     if args.json {
         print_json(&reached)?;
     } else {
@@ -93,4 +100,21 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         print(&format!("table in {}\n", args.out.display()))?;
     }
     Ok(reached.status())
+}
+
+/// The user asked to stop; the paths so far are saved.
+#[derive(Debug, thiserror::Error)]
+#[error("interrupted; the paths so far are in {}", partial.display())]
+struct InterruptedTrace {
+    partial: PathBuf,
+}
+
+impl Failure for InterruptedTrace {
+    fn hint(&self) -> Option<String> {
+        Some("the same command goes on from there".into())
+    }
+
+    fn status(&self) -> Status {
+        Status::Interrupted
+    }
 }

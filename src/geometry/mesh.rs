@@ -16,8 +16,9 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Index of each triangle's material in the scene's list.
     pub materials: Vec<u16>,
-    /// Whether every edge joins two triangles that run along it in opposite directions. Such a mesh
-    /// bounds a solid, and a ray that meets a triangle from behind is inside it.
+    /// Whether every edge joins two triangles that run along it in opposite directions, and no part
+    /// is a sheet of two sides. Such a mesh bounds a solid, and a ray that meets a triangle from
+    /// behind is inside it.
     pub closed: bool,
     /// The middle of each connected part, um: each is a particle.
     pub particles: Vec<Vec3>,
@@ -74,9 +75,13 @@ impl Mesh {
             })
             .unzip();
         let distinct = distinct(&vertices);
-        let (edges, open_edges) = edges(&distinct, &triangles);
-        let closed = edges > 0 && open_edges == 0;
-        let particles = particles(&distinct, &vertices, &triangles);
+        let uses = edges(&distinct, &triangles);
+        let (edges, open_edges) = (uses.len(), uses.values().filter(|edge| edge.turn != 0).count());
+        let roots = roots(&distinct, &triangles);
+        let particles = particles(&roots, &vertices, &triangles);
+        let closed = edges > 0
+            && open_edges == 0
+            && Body::of_each(&roots, &uses, &vertices, &triangles).all(|body| body.is_solid());
         let volume = |&triangle: &[u32; 3]| signed_volume(corners(&vertices, triangle));
         if closed && triangles.iter().map(volume).sum::<f64>() < 0.0 {
             for triangle in &mut triangles {
@@ -121,6 +126,12 @@ impl Mesh {
         sums
     }
 
+    /// Finds the particles anew.
+    pub(super) fn find_particles(&mut self) {
+        let roots = roots(&distinct(&self.vertices), &self.triangles);
+        self.particles = particles(&roots, &self.vertices, &self.triangles);
+    }
+
     /// The greatest coordinate of any vertex, um. Rounding errors are relative to it.
     pub fn extent_um(&self) -> f32 {
         self.vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f32::max)
@@ -141,13 +152,19 @@ pub(super) struct Curvature {
 
 impl Curvature {
     /// Adds a facet, whose normal is as long as twice its area, and the normals at its corners.
-    pub(super) fn add(&mut self, facet: DVec3, normals: impl ExactSizeIterator<Item = DVec3>) {
+    /// Those that are zero or not finite say nothing.
+    pub(super) fn add(&mut self, facet: DVec3, normals: impl Iterator<Item = DVec3>) {
         let facet_normal = facet.normalize_or_zero();
-        let cosine = |normal: DVec3| normal.normalize_or_zero().dot(facet_normal).abs().min(1.0);
-        let corners = normals.len() as f64;
-        let mean = normals.map(|normal| 1.0 - cosine(normal)).sum::<f64>() / corners;
-        self.sum += mean * facet.length();
-        self.area += facet.length();
+        let cosine = |normal: DVec3| normal.dot(facet_normal).abs().min(1.0);
+        let (mut sum, mut corners) = (0.0, 0.0);
+        for normal in normals.filter_map(DVec3::try_normalize) {
+            sum += 1.0 - cosine(normal);
+            corners += 1.0;
+        }
+        if corners > 0.0 {
+            self.sum += sum / corners * facet.length();
+            self.area += facet.length();
+        }
     }
 
     /// The mean; 0 of no facet.
@@ -156,17 +173,17 @@ impl Curvature {
     }
 }
 
-fn corners(vertices: &[Vec3], triangle: [u32; 3]) -> [DVec3; 3] {
+pub(super) fn corners(vertices: &[Vec3], triangle: [u32; 3]) -> [DVec3; 3] {
     triangle.map(|i| vertices[i as usize].as_dvec3())
 }
 
 /// Volume of the tetrahedron between a triangle and the origin; negative if it faces the origin.
-fn signed_volume([a, b, c]: [DVec3; 3]) -> f64 {
+pub(super) fn signed_volume([a, b, c]: [DVec3; 3]) -> f64 {
     a.dot(b.cross(c)) / 6.0
 }
 
 /// For each vertex the first one at the same position: files often repeat vertices.
-fn distinct(vertices: &[Vec3]) -> Vec<u32> {
+pub(super) fn distinct(vertices: &[Vec3]) -> Vec<u32> {
     let mut first: HashMap<[u32; 3], u32> = HashMap::new();
     let distinct = |(number, v): (usize, &Vec3)| {
         // Adding zero makes -0 equal to 0.
@@ -176,8 +193,8 @@ fn distinct(vertices: &[Vec3]) -> Vec<u32> {
     vertices.iter().enumerate().map(distinct).collect()
 }
 
-/// The middles of the connected parts of a mesh.
-fn particles(distinct: &[u32], vertices: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
+/// A vertex for each vertex, the same for all of a connected part of a mesh.
+pub(super) fn roots(distinct: &[u32], triangles: &[[u32; 3]]) -> Vec<u32> {
     // Union-find: each vertex points to another of its part; the root points to itself.
     let mut part: Vec<u32> = (0..distinct.len() as u32).collect();
     let root = |part: &mut [u32], mut at: u32| {
@@ -194,28 +211,90 @@ fn particles(distinct: &[u32], vertices: &[Vec3], triangles: &[[u32; 3]]) -> Vec
             part[other as usize] = a;
         }
     }
+    distinct.iter().map(|&vertex| root(&mut part, vertex)).collect()
+}
+
+/// The middles of the connected parts of a mesh.
+fn particles(roots: &[u32], vertices: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let mut boxes: BTreeMap<u32, (Vec3, Vec3)> = BTreeMap::new();
     for &vertex in triangles.iter().flatten() {
         let at = vertices[vertex as usize];
-        let part = root(&mut part, distinct[vertex as usize]);
-        let (min, max) = boxes.entry(part).or_insert((at, at));
+        let (min, max) = boxes.entry(roots[vertex as usize]).or_insert((at, at));
         (*min, *max) = (min.min(at), max.max(at));
     }
     boxes.into_values().map(|(min, max)| (min + max) / 2.0).collect()
 }
 
-/// How many edges there are, and how many of them are open.
-fn edges(distinct: &[u32], triangles: &[[u32; 3]]) -> (usize, usize) {
-    let mut balance: HashMap<(u32, u32), i32> = HashMap::new();
+/// The triangles at an edge.
+#[derive(Default)]
+struct Edge {
+    /// Those that run along it one way, less those that run the other way.
+    turn: i32,
+    triangles: u32,
+}
+
+/// The edges, by the vertices at their ends.
+fn edges(distinct: &[u32], triangles: &[[u32; 3]]) -> HashMap<(u32, u32), Edge> {
+    let mut edges: HashMap<(u32, u32), Edge> = HashMap::new();
     for triangle in triangles {
         for side in 0..3 {
             let a = distinct[triangle[side] as usize];
             let b = distinct[triangle[(side + 1) % 3] as usize];
-            *balance.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
+            let edge = edges.entry((a.min(b), a.max(b))).or_default();
+            edge.turn += if a < b { 1 } else { -1 };
+            edge.triangles += 1;
         }
     }
-    (balance.len(), balance.values().filter(|&&sum| sum != 0).count())
+    edges
 }
+
+/// A connected part of a mesh without open edges.
+#[derive(Default)]
+struct Body {
+    volume: f64,
+    area: f64,
+    triangles: f64,
+    edges: f64,
+    /// Edges of four triangles or more.
+    shared_edges: f64,
+}
+
+impl Body {
+    fn of_each(
+        roots: &[u32],
+        edges: &HashMap<(u32, u32), Edge>,
+        vertices: &[Vec3],
+        triangles: &[[u32; 3]],
+    ) -> impl Iterator<Item = Self> {
+        let mut bodies: HashMap<u32, Self> = HashMap::new();
+        for &triangle in triangles {
+            let body = bodies.entry(roots[triangle[0] as usize]).or_default();
+            body.volume += signed_volume(corners(vertices, triangle));
+            body.area += cross(corners(vertices, triangle)).length() / 2.0;
+            body.triangles += 1.0;
+        }
+        for (&(vertex, _), edge) in edges {
+            let body = bodies.entry(roots[vertex as usize]).or_default();
+            body.edges += 1.0;
+            body.shared_edges += f64::from(u8::from(edge.triangles > 3));
+        }
+        bodies.into_values()
+    }
+
+    /// Whether it holds a volume.
+    ///
+    /// A sheet drawn from both sides has none. Where its sides are cut into triangles along other
+    /// diagonals, a little volume lies between them; but most edges are those of both sides.
+    fn is_solid(&self) -> bool {
+        let thickness = 2.0 * self.volume.abs() / self.area;
+        let is_double = self.shared_edges > DOUBLE * self.edges;
+        let least = if is_double { 0.05 * (self.area / self.triangles).sqrt() } else { 0.0 };
+        thickness > least.max(1e-6 * self.area.sqrt())
+    }
+}
+
+/// A share of edges with four triangles that solids, which touch themselves along few, do not have.
+const DOUBLE: f64 = 0.15;
 
 #[cfg(test)]
 mod tests {

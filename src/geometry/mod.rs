@@ -3,13 +3,16 @@
 pub mod cut;
 pub mod ingest;
 mod mesh;
+mod parts;
 
 use glam::{DAffine3, DVec3, Vec3};
 
 use crate::scene::{Sides, View};
+use crate::support::math;
 
 pub use mesh::Mesh;
 pub(crate) use mesh::cross;
+pub use parts::Parts;
 
 /// A mesh in its place.
 #[derive(Debug, Clone)]
@@ -83,17 +86,6 @@ impl Bed {
         (min, max)
     }
 
-    /// The bed without this many of its lowest placements, by their middles. A dusty grain is one
-    /// placement.
-    #[must_use]
-    pub fn without_lowest(&self, number: usize) -> Self {
-        let mut placements = self.placements.clone();
-        let height = |place: &Placement| place.to_scene.translation.z;
-        placements.sort_by(|a, b| height(a).total_cmp(&height(b)));
-        placements.drain(..number.min(placements.len()));
-        Self { placements, ..self.clone() }
-    }
-
     /// Number of particles of the domain: those whose middle lies within its sides.
     pub fn particles(&self) -> u64 {
         let within = |place: &Placement| {
@@ -129,8 +121,14 @@ impl Bed {
 /// Unit vector to the sensor.
 pub fn to_sensor(view: View) -> DVec3 {
     let (zenith, azimuth) = (view.zenith_deg.to_radians(), view.azimuth_deg.to_radians());
-    DVec3::new(zenith.sin() * azimuth.cos(), zenith.sin() * azimuth.sin(), zenith.cos())
+    let ((sin_z, cos_z), (sin_a, cos_a)) = (math::sin_cos(zenith), math::sin_cos(azimuth));
+    DVec3::new(sin_z * cos_a, sin_z * sin_a, cos_z)
 }
+
+/// Most placements of a bed, and most triangles of a mesh: the tracer numbers them with 25 bits, the
+/// triangles in blocks of four or more.
+pub(crate) const MOST_PLACEMENTS: usize = (1 << 25) - 1;
+pub(crate) const MOST_TRIANGLES: usize = 4 * MOST_PLACEMENTS;
 
 /// Most patches of a field along a side: the random numbers that choose one have 24 bits.
 pub(crate) const MOST_PATCHES: u32 = 1 << 16;

@@ -1,7 +1,7 @@
 //! What a histogram says for given reflectances and radiances, of a bed and of a pixel alike.
 //!
-//! A path that hits facets of reflectance rho_1, rho_2, ... brings the weight W = rho_1 rho_2 ... to
-//! the sky. What it does not bring there the facets emit.
+//! A path that hits facets of reflectance rho_1, rho_2, ... brings the weight W = rho_1 rho_2 ...
+//! to the sky. What it does not bring there the facets emit.
 
 use rayon::prelude::*;
 

@@ -5,6 +5,7 @@
 pub mod estimate;
 mod evaluate;
 mod mean;
+mod shares;
 pub mod tally;
 #[cfg(test)]
 mod tests;
@@ -12,13 +13,14 @@ mod tests;
 use serde::{Deserialize, Serialize};
 
 use crate::support::random::GROUPS;
-use tally::{CELLS, Counts, Kept, Outcomes, PARTS, State, Tally};
+use tally::{CELLS, Counts, Kept, Outcomes, State, Tally};
 
 pub use estimate::Estimate;
 pub(crate) use evaluate::{Evaluator, LANES, Seen};
 pub use evaluate::{Radiance, Sources};
 pub use mean::Mean;
 pub(crate) use mean::Sums;
+pub use shares::Shares;
 
 /// A state and the parts of paths of each group that ended in it.
 pub type Counted = (State, Vec<(u16, i64)>);
@@ -60,7 +62,7 @@ impl Histogram {
     fn of_outcomes(kept: Kept, outcomes: &Outcomes) -> Self {
         Self {
             kept,
-            parts: PARTS,
+            parts: kept.parts(),
             escaped: grouped(&outcomes.escaped),
             given_up: grouped(&outcomes.given_up),
             rouletted: outcomes.rouletted.iter().map(|(&group, &parts)| (group, parts)).collect(),
@@ -145,8 +147,8 @@ impl Histogram {
             !hits.is_empty() && fits(hits) && bin < kept.zeniths.into()
         };
         let mut counts = self.escaped.iter().chain(&self.given_up).flat_map(|(_, parts)| parts);
-        Err(if self.parts != PARTS {
-            format!("a path has {} parts, not {PARTS}", self.parts)
+        Err(if self.parts != kept.parts() {
+            format!("a path has {} parts, not {}", self.parts, kept.parts())
         } else if kept.cosines == 0 || kept.zeniths == 0 {
             "a number of bins is 0".into()
         } else if self.by_group().any(|(group, _)| usize::from(group) >= groups) {

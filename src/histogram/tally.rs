@@ -2,9 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
+use std::ops::Range;
 
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
+
+use crate::support::math;
 
 /// The hits of a path as numbers, in a form that [`Kept`] describes.
 pub type State = Box<[u16]>;
@@ -28,7 +31,15 @@ pub const PARTS: u64 = 5;
 /// Cells of the view along x and along y. Their spread tells how much such beds differ.
 pub const CELLS: u16 = 4;
 
+/// Parts of a path at one node, where light is traced apart at each: its weight is counted in them.
+pub const WEIGHTS: u64 = 1 << 24;
+
 /// What is recorded of each path: the least that the scene needs.
+///
+/// Where grains refract, the way of a path depends on the wavelength. It is then traced apart at
+/// several wavelengths, the *nodes*, and what is recorded is the weight that it brings to the sky.
+/// Symbols are the nodes, and one more for the floor: a state is a node and the hits on the floor,
+/// whose reflectance the weight leaves out.
 ///
 /// A hit is recorded as its *symbol*: the material and the bin of the cosine. Without order and
 /// cosines a state is the number of hits on each material. Otherwise it lists the symbols of all
@@ -43,21 +54,47 @@ pub struct Kept {
     pub cosines: u16,
     /// Bins of the zenith angle of escape; 1 where the sky is isotropic.
     pub zeniths: u16,
+    /// Wavelengths at which paths are traced apart; 0 where one path serves all bands.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub nodes: u16,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn is_zero(number: &u16) -> bool {
+    *number == 0
 }
 
 impl Kept {
     /// Numbers of hits: enough for one temperature, an isotropic sky and reflectances that do not
     /// depend on the angle.
-    pub const PLAIN: Self = Self { order: false, cosines: 1, zeniths: 1 };
+    pub const PLAIN: Self = Self { order: false, cosines: 1, zeniths: 1, nodes: 0 };
 
     /// Whether a state lists the hits, rather than counting those on each material.
     pub fn lists(self) -> bool {
-        self.order || self.cosines > 1
+        self.order || self.cosines > 1 || self.nodes > 0
+    }
+
+    /// Parts of a path.
+    pub fn parts(self) -> u64 {
+        if self.nodes > 0 { u64::from(self.nodes) * WEIGHTS } else { PARTS }
     }
 
     /// Number of symbols.
     pub fn symbols(self, materials: usize) -> usize {
-        materials * usize::from(self.cosines)
+        if self.nodes > 0 {
+            usize::from(self.nodes) + 1
+        } else {
+            materials * usize::from(self.cosines)
+        }
+    }
+
+    /// The symbols of hits on a material; with nodes those on the floor, of whatever material.
+    pub fn symbols_of(self, material: usize) -> Range<usize> {
+        if self.nodes > 0 {
+            usize::from(self.nodes)..usize::from(self.nodes) + 1
+        } else {
+            material * usize::from(self.cosines)..(material + 1) * usize::from(self.cosines)
+        }
     }
 
     /// Splits the state of an escaped path into its hits and the bin of its zenith angle.
@@ -126,6 +163,23 @@ struct Current {
     key: Vec<u16>,
 }
 
+/// How a path of weight 1 ended that was traced at one node.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Light {
+    /// The weight that it brings to the sky.
+    pub reached_sky: f64,
+    /// The weight with which it was given up.
+    pub given_up: f64,
+    /// Hits on the floor, whose reflectance the weights leave out.
+    pub floor_hits: u16,
+    /// Whether it left past the target's lower side.
+    pub downward: bool,
+    /// The material that it met first.
+    pub first: u16,
+    /// Faces that it met.
+    pub faces: u32,
+}
+
 impl Tally {
     /// An empty tally.
     pub fn new(materials: usize, kept: Kept) -> Self {
@@ -146,6 +200,42 @@ impl Tally {
     /// What is recorded of each path.
     pub fn kept(&self) -> Kept {
         self.kept
+    }
+
+    /// A path that was traced apart at each node meets nothing.
+    pub(crate) fn light_misses(&mut self) {
+        self.missed += 1;
+    }
+
+    /// What a path of weight 1 does at a node.
+    pub(crate) fn light(&mut self, node: u16, light: &Light) {
+        if node == 0 {
+            self.first_hits[usize::from(light.first)] += 1;
+        }
+        self.hits += u64::from(light.faces);
+        let units = |weight: f64| (weight * WEIGHTS as f64).round() as i64;
+        let [reached_sky, given_up] = [light.reached_sky, light.given_up].map(units);
+        let current = &mut self.current;
+        current.state.clear();
+        current.state.push(node);
+        let floor = current.state.len() + usize::from(light.floor_hits);
+        current.state.resize(floor, self.kept.nodes);
+        if reached_sky > 0 {
+            let counts = [&mut self.by_group.escaped, &mut self.by_cell.escaped];
+            current.count(self.kept, None, reached_sky, counts);
+        }
+        if given_up > 0 {
+            let counts = [&mut self.by_group.given_up, &mut self.by_cell.given_up];
+            current.count(self.kept, None, given_up, counts);
+        }
+        let absorbed = WEIGHTS as i64 - reached_sky - given_up;
+        *self.by_group.rouletted.entry(current.group).or_default() += absorbed;
+        if let Some(cell) = current.cell {
+            *self.by_cell.rouletted.entry(cell).or_default() += absorbed;
+        }
+        if light.downward {
+            self.escaped_downward += reached_sky as u64;
+        }
     }
 
     /// Starts a path; `cell` is that of the view, if it has any.
@@ -211,7 +301,7 @@ impl Tally {
         }
         self.escaped_downward += if cosine < 0.0 { parts } else { 0 };
         let zenith = (self.kept.zeniths > 1)
-            .then(|| bin(self.kept.zeniths, cosine.clamp(0.0, 1.0).acos() / FRAC_PI_2));
+            .then(|| bin(self.kept.zeniths, math::acos(cosine.clamp(0.0, 1.0)) / FRAC_PI_2));
         let counts = [&mut self.by_group.escaped, &mut self.by_cell.escaped];
         self.current.count(self.kept, zenith, parts as i64, counts);
     }

@@ -1,3 +1,4 @@
+use super::tally::PARTS;
 use super::*;
 use crate::support::statistics::{T_95, quantile_95};
 
@@ -88,7 +89,7 @@ fn one_net_tells_nothing_of_the_spread() {
 /// second, and the first again into its first bin.
 #[test]
 fn radiance_is_emitted_and_reflected_in_the_order_of_hits() {
-    let kept = Kept { order: true, cosines: 1, zeniths: 2 };
+    let kept = Kept { order: true, zeniths: 2, ..Kept::PLAIN };
     let escaped = vec![(state(&[0, 1]), vec![(0, 1)]), (state(&[0, 1, 0, 0]), vec![(1, 1)])];
     let (rho, l, sky) = ([0.5, 0.2], [10.0, 20.0], [1.0, 3.0]);
     let sources = Sources { reflectance: &rho, l_blackbody: &l, l_sky: &sky };
@@ -123,7 +124,7 @@ fn every_kind_of_histogram_is_evaluated_path_by_path() {
         Kept::PLAIN,
         Kept { zeniths: 3, ..Kept::PLAIN },
         Kept { cosines: 4, ..Kept::PLAIN },
-        Kept { order: true, cosines: 4, zeniths: 3 },
+        Kept { order: true, cosines: 4, zeniths: 3, ..Kept::PLAIN },
     ];
     for kept in kinds {
         let hits = |number: u16| -> Vec<u16> {

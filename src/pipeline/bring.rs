@@ -25,8 +25,9 @@ impl Run<'_> {
         self.folder.keeps_inputs(&[&self.of_packing(0, "scene.json")])?;
         let step = self.folder.begin("drop");
         let monitor = self.folder.monitor;
+        let limit = Duration::from_secs(self.options.blender_timeout_s);
         let blender =
-            blender::find(self.options.blender.as_deref(), self.cache.blenders(), monitor)?;
+            blender::find(self.options.blender.as_deref(), self.cache.blenders(), limit, monitor)?;
         if let Some(warning) = blender.warning() {
             monitor.say(&format!("warning: {warning}"));
         }
@@ -55,14 +56,13 @@ impl Run<'_> {
             own_grains: library,
             seeds: &seeds,
             of_first: &extra,
-            time_limit: Duration::from_secs(self.options.blender_timeout_s),
+            time_limit: limit,
         };
-        let log = |i: usize| self.folder.place(&self.of_packing(i, "blender.log"));
+        let log = |number: usize| self.folder.running_log(number);
         let made = order.beds(self.cache, &log, &step)?;
-        self.folder.begin_to_write()?;
         let mut beds = Vec::new();
         for (i, made) in made.iter().enumerate() {
-            beds.push(self.bring_bed(i, made, prepared)?);
+            beds.push(self.bring_bed(i, made, prepared, packing)?);
         }
         let cached = made.iter().all(|made| made.cached);
         self.folder.end("drop", step, "Blender", cached);
@@ -75,6 +75,7 @@ impl Run<'_> {
         packing: usize,
         made: &Made,
         prepared: &Prepared,
+        recipe: &Packing,
     ) -> Result<Bed, Error> {
         let scene = &prepared.scene;
         for file in made.files.iter().filter(|file| *file != "scene.json") {
@@ -85,10 +86,11 @@ impl Run<'_> {
         // The file that is written has the changes in it.
         let mut placed =
             Scene { geometry: placed.geometry, seed, changes: Vec::new(), ..scene.clone() };
-        if let (Some(particles), SceneGeometry::Placed(Placed { domain: Some(domain), .. })) =
-            (self.options.field, &mut placed.geometry)
-        {
-            domain.sides = Sides::Field { particles, seed: packing as u64 };
+        if let SceneGeometry::Placed(Placed { domain, origin, .. }) = &mut placed.geometry {
+            *origin = recipe.origin();
+            if let (Some(particles), Some(domain)) = (self.options.field, domain) {
+                domain.sides = Sides::Field { particles, seed: packing as u64 };
+            }
         }
         self.bring_files(packing, &mut placed)?;
         let name = self.of_packing(packing, "scene.json");

@@ -1,21 +1,28 @@
 //! The folder of a scene's result: whatever is read or written there is recorded.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
 use super::record::{Output, Record, Stage};
 use crate::support::error::Error;
 use crate::support::monitor::{Monitor, Step};
-use crate::support::output;
+use crate::support::output::{self, OutputError};
 
 /// Files of a drop that differ from run to run: they hold times of day, durations, the command
 /// or, as Blender's own file does, addresses in memory.
 const NOT_REPRODUCIBLE: [&str; 4] = ["blender.log", "drop.json", "scene.blend", super::page::PAGE];
 
-/// The one place of the pipeline that writes files.
+/// Begin of the names of logs of Blenders that run or failed.
+pub(super) const UNFINISHED: &str = "blender.unfinished";
+
+/// The one place of the pipeline that writes files: they are made in a hidden folder of the result's
+/// own, and put into their places when all are there.
 pub(super) struct Folder<'a> {
     /// The folder of the whole run.
     pub(super) out: &'a Path,
-    /// Folder of this scene below `out`, empty where there is only one scene.
+    /// Where the files of the run are until it is done.
+    pub(super) new: &'a Path,
+    /// Folder of this scene below either, empty where there is only one scene.
     pub(super) below: &'a str,
     pub(super) record: &'a mut Record,
     pub(super) monitor: &'a dyn Monitor,
@@ -27,9 +34,16 @@ impl<'a> Folder<'a> {
         if self.below.is_empty() { name.to_owned() } else { format!("{}/{name}", self.below) }
     }
 
-    /// The path of a file.
+    /// The path of a file of this run, until the run is done.
     pub(super) fn place(&self, file: &str) -> PathBuf {
-        self.out.join(self.below).join(file)
+        self.new.join(self.below).join(file)
+    }
+
+    /// The log of a Blender that runs or failed; that of a finished bed is `blender.log`.
+    pub(super) fn running_log(&self, number: usize) -> PathBuf {
+        let scene = if self.below.is_empty() { String::new() } else { format!(".{}", self.below) };
+        let number = if number == 0 { String::new() } else { format!(".{}", number + 1) };
+        self.out.join(format!("{UNFINISHED}{scene}{number}.log"))
     }
 
     /// Records a file that is read.
@@ -41,25 +55,30 @@ impl<'a> Folder<'a> {
 
     /// Refuses to write these files over what the run reads.
     pub(super) fn keeps_inputs(&self, files: &[&str]) -> Result<(), Error> {
-        let written = files.iter().map(|file| self.place(file));
+        let written = files.iter().map(|file| self.out.join(self.below).join(file));
         Ok(output::keeps(self.record.inputs.keys(), written)?)
-    }
-
-    /// From here on the folder holds parts of this run: an earlier record does not describe it.
-    pub(super) fn begin_to_write(&self) -> Result<(), Error> {
-        Ok(output::remove(&self.out.join("run.json"))?)
     }
 
     /// Writes a file.
     pub(super) fn write(&mut self, file: &str, content: impl AsRef<[u8]>) -> Result<(), Error> {
-        output::bytes(&self.place(file), content.as_ref())?;
+        output::scratch(&self.place(file), content).map_err(|error| self.of(file, error.source))?;
         self.wrote(file)
     }
 
     /// Copies a file here.
     pub(super) fn copy(&mut self, from: &Path, file: &str) -> Result<(), Error> {
-        output::copy(from, &self.place(file))?;
+        let place = self.place(file);
+        let copy = || {
+            std::fs::create_dir_all(place.parent().expect("it is in a folder"))?;
+            std::fs::copy(from, &place)
+        };
+        copy().map_err(|source| self.of(file, source))?;
         self.wrote(file)
+    }
+
+    /// An error that names the file by its final place.
+    fn of(&self, file: &str, source: io::Error) -> OutputError {
+        OutputError { path: self.out.join(self.key(file)), source }
     }
 
     fn wrote(&mut self, file: &str) -> Result<(), Error> {
@@ -70,11 +89,11 @@ impl<'a> Folder<'a> {
         Ok(())
     }
 
-    /// Removes what was written below a folder.
+    /// Removes what was made below a folder.
     pub(super) fn remove(&mut self, below: &str) -> Result<(), Error> {
         let below = self.key(below);
         for file in self.record.outputs.keys().filter(|file| file.starts_with(&below)) {
-            output::remove(&self.out.join(file))?;
+            output::remove(&self.new.join(file))?;
         }
         self.record.outputs.retain(|file, _| !file.starts_with(&below));
         Ok(())

@@ -7,9 +7,10 @@ mod options;
 pub mod page;
 mod planned;
 pub mod record;
+mod result;
 mod results;
 
-use std::path::{Component, Path};
+use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
@@ -20,18 +21,19 @@ use crate::pipeline::page::Told;
 use crate::pipeline::record::Record;
 use crate::scene::shipped::{self, COVERAGES};
 use crate::scene::{Scene, SceneGeometry};
-use crate::signature::budget::Origin;
 use crate::signature::plan::PILOT;
 use crate::spectrum;
 use crate::support::cache::Cache;
 use crate::support::error::Error;
+use crate::support::lock::Lock;
 use crate::support::monitor::Monitor;
-use crate::support::output;
+use crate::support::{output, scratch};
 use crate::table::Prepared;
 use crate::tracer::Tracer;
 
 pub use error::PipelineError;
-pub use options::{Auto, HowMany, Options, Source};
+pub use options::{Auto, HowMany, MOST_SECONDS, Options, Source};
+pub(crate) use results::program;
 
 /// Files of every result.
 const WRITTEN: [&str; 11] = [
@@ -45,14 +47,14 @@ const WRITTEN: [&str; 11] = [
     page::LIGHT,
     page::DROP,
     page::PAGE,
-    "run.json",
+    RUN,
 ];
 
-/// Runs the pipeline; all files go below `out`.
+/// Runs the pipeline; all files go below `out`, which no other run may write to meanwhile.
 ///
-/// `run.json` is removed before the first result is written, and written last: where it is, the
-/// result is whole. A run that fails before it has a result leaves an earlier one alone; one that
-/// succeeds removes the files that only the earlier one had.
+/// The files are put into their places when all of them are there, `run.json` last: where it is, the
+/// result is whole. A run that fails leaves an earlier result as it was; one that succeeds removes
+/// the files that only the earlier one had.
 pub fn run(
     options: &Options,
     command: Vec<String>,
@@ -60,8 +62,10 @@ pub fn run(
     cache: &Cache,
     monitor: &dyn Monitor,
 ) -> Result<Record, Error> {
-    output::folder(out)?;
-    let earlier = Record::read(&out.join("run.json")).ok();
+    let _lock = Lock::of(out)?;
+    scratch::clear_temporary();
+    let new = result::begin(out)?;
+    let earlier = Record::read(&out.join(RUN)).ok();
     let mut record = Record::new(command, options);
     let mut results = Vec::new();
     let scenes = scenes(options, &mut record)?;
@@ -69,32 +73,21 @@ pub fn run(
     for scene in scenes {
         let name = scene.name.clone();
         let below = if several { &*name } else { "" };
-        let folder = Folder { out, below, record: &mut record, monitor };
+        let folder = Folder { out, new: new.path(), below, record: &mut record, monitor };
         results.push(Run::new(options, cache, folder).scene(scene)?);
     }
     if several {
-        let folder = Folder { out, below: "", record: &mut record, monitor };
+        let folder = Folder { out, new: new.path(), below: "", record: &mut record, monitor };
         let mut run = Run::new(options, cache, folder);
         run.draw_all(&results)?;
         run.page_of_all(&results)?;
     }
-    for file in earlier.iter().flat_map(|earlier| earlier.outputs.keys()) {
-        // Others may have edited the record: only plain names below the folder are its files.
-        let below = Path::new(file).components().all(|part| matches!(part, Component::Normal(_)));
-        let path = out.join(file);
-        // A bed of the earlier run may be an input of this one.
-        let is_input = |path: &Path| {
-            let same =
-                |input: &String| Path::new(input).canonicalize().ok() == path.canonicalize().ok();
-            record.inputs.keys().any(same)
-        };
-        if below && !record.outputs.contains_key(file) && path.exists() && !is_input(&path) {
-            output::remove(&path)?;
-        }
-    }
-    record.write(&out.join("run.json"))?;
+    result::put(&record, earlier.as_ref(), &new, out)?;
     Ok(record)
 }
+
+/// The record's file.
+const RUN: &str = "run.json";
 
 /// The scenes of a run, with all that its options replace in them.
 fn scenes(options: &Options, record: &mut Record) -> Result<Vec<Scene>, Error> {
@@ -213,19 +206,18 @@ impl<'a> Run<'a> {
         self.folder.keeps_inputs(&WRITTEN)?;
         let rays = self.folder.key("rays");
         self.folder.record.seeds.insert(rays, scene.seed);
-        let (mut beds, tables, plan, origin) = match &scene.geometry {
+        let (mut beds, tables, plan) = match &scene.geometry {
             SceneGeometry::Packing(packing) => {
                 let key = self.folder.key("packing");
                 self.folder.record.seeds.insert(key, packing.seed);
                 if self.options.packings == HowMany::Planned(Auto::Auto) {
                     let (beds, tables, plan) =
                         self.planned(&prepared, packing, library.as_ref())?;
-                    let origin = if plan.touching { Origin::Drawn } else { Origin::of(packing) };
-                    (beds, tables, Some(plan), origin)
+                    (beds, tables, Some(plan))
                 } else {
                     let mut beds = self.drop(&prepared, packing, library.as_ref())?;
                     let tables = self.trace(&mut beds)?;
-                    (beds, tables, None, Origin::of(packing))
+                    (beds, tables, None)
                 }
             }
             SceneGeometry::Placed(_) => {
@@ -242,10 +234,10 @@ impl<'a> Run<'a> {
                 }
                 let mut beds = vec![Bed { prepared, sources: Some(sources), tracer: None }];
                 let tables = self.trace(&mut beds)?;
-                (beds, tables, None, Origin::Given)
+                (beds, tables, None)
             }
         };
-        let report = self.signature(&scene, &tables, origin, plan)?;
+        let report = self.signature(&scene, &tables, plan)?;
         self.picture(&mut beds[0], &tables[0])?;
         self.folder.record.reached.insert(scene.name.clone(), report.reached.clone());
         let told = Told { scene: scene.name.clone(), tables, report };

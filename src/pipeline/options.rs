@@ -1,11 +1,16 @@
 //! The options of a run of the pipeline.
 
+use std::fmt::Display;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{Change, Facets, Grid};
+use crate::histogram::estimate;
+use crate::scene::{Change, Facets, Grid, MOST_PARTICLES};
 use crate::table::Target;
+
+/// Longest time limit of a Blender, seconds: some thirty years.
+pub const MOST_SECONDS: u64 = 1_000_000_000;
 
 /// What is run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -60,6 +65,35 @@ pub struct Options {
 }
 
 impl Options {
+    /// What is wrong with options that another hand wrote, if anything is: the command line takes
+    /// no such numbers.
+    pub fn problem(&self) -> Option<String> {
+        let Self { packings, field, tolerance, max_paths, max_seconds, blender_timeout_s, .. } =
+            self;
+        let wrong = |what: &str, value: &dyn Display, range: &str| {
+            Some(format!("{what} is {value}, which is not {range}"))
+        };
+        match packings {
+            HowMany::Number(n) if !(1..=estimate::MOST).contains(n) => {
+                return wrong("packings", n, &format!("1 to {}", estimate::MOST));
+            }
+            _ => {}
+        }
+        if let Some(n) = field.filter(|n| !(1.0..=MOST_PARTICLES).contains(n)) {
+            wrong("field", &n, &format!("1 to {MOST_PARTICLES:e}"))
+        } else if !(*tolerance > 0.0 && *tolerance < 1.0) {
+            wrong("tolerance", tolerance, "above 0 and below 1")
+        } else if *max_paths < 2 {
+            wrong("max_paths", max_paths, "2 or more")
+        } else if let Some(s) = max_seconds.filter(|s| !(*s > 0.0 && s.is_finite())) {
+            wrong("max_seconds", &s, "above 0")
+        } else if !(1..=MOST_SECONDS).contains(blender_timeout_s) {
+            wrong("blender_timeout_s", blender_timeout_s, &format!("1 to {MOST_SECONDS}"))
+        } else {
+            None
+        }
+    }
+
     /// The target of the trace of each of several beds. The rays of all together make at most half
     /// of the tolerance, since the spread between beds needs the rest.
     pub(super) fn target(&self, beds: usize) -> Target {

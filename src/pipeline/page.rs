@@ -5,10 +5,10 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
+use super::RUN;
 use super::record::{Record, RecordError};
 use crate::report::Report;
 use crate::report::page::{self, Picture, Run};
-use crate::signature::budget::{Origin, Share};
 use crate::support::error::Error;
 use crate::support::file_error::FileError;
 use crate::table::Table;
@@ -101,7 +101,7 @@ pub(super) fn side_by_side<'a>(record: &Record, out: &Path, results: &'a [Told])
 pub fn of_runs(folders: &[&Path]) -> Result<String, Error> {
     let mut all = Vec::new();
     for folder in folders {
-        let record = Record::read(&folder.join("run.json"))?;
+        let record = Record::read(&folder.join(RUN))?;
         let several = record.reached.len() > 1;
         for (scene, reached) in &record.reached {
             let below = if several { scene.clone() } else { String::new() };
@@ -114,14 +114,13 @@ pub fn of_runs(folders: &[&Path]) -> Result<String, Error> {
                 tables.iter().filter(is_table).map(|file| folder.join(&below).join(file)).collect();
             if paths.is_empty() {
                 let problem = "the record names no bounce table";
-                let error = FileError::wrong(&folder.join("run.json"), problem);
+                let error = FileError::wrong(&folder.join(RUN), problem);
                 return Err(RecordError::from(error).into());
             }
             let tables = Table::read_packings(&paths)?;
             let um = record.options.grid.wavelengths_um();
             let tolerance = record.options.tolerance;
-            let report =
-                Report::new(&tables, &um, origin(&reached.budget), tolerance, reached.plan)?;
+            let report = Report::new(&tables, &um, tolerance, reached.plan)?;
             all.push((
                 *folder,
                 record.clone(),
@@ -143,15 +142,6 @@ pub fn of_runs(folders: &[&Path]) -> Result<String, Error> {
     }
     let title = if alone { runs[0].name.clone() } else { "Results compared".into() };
     Ok(page::html(&title, &runs))
-}
-
-/// Where the beds of a recorded result come from.
-fn origin(share: &Share) -> Origin {
-    match share {
-        Share { facets: None, .. } => Origin::Given,
-        Share { apart: Some(_), .. } => Origin::DrawnApart,
-        _ => Origin::Drawn,
-    }
 }
 
 /// Files written below a folder, by their paths there.

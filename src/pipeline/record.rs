@@ -8,9 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::pipeline::Options;
 use crate::report::{Cost, Reached};
-use crate::support::error::{Error, Failure, Status};
+use crate::support::error::{Failure, Status};
 use crate::support::file_error::FileError;
-use crate::support::output;
 
 /// The format's version, the value of `soilsig_run`.
 const FORMAT: u32 = 1;
@@ -95,21 +94,18 @@ impl Record {
         let text = fs::read_to_string(path).map_err(FileError::read(path))?;
         let record: Self = serde_json::from_str(&text)
             .map_err(|error| FileError::wrong(path, error.to_string()))?;
-        let tolerance = record.options.tolerance;
-        let problem = if record.soilsig_run != FORMAT {
-            format!("version {} is not known; this program reads {FORMAT}", record.soilsig_run)
-        } else if !(tolerance > 0.0 && tolerance < 1.0) {
-            format!("a tolerance of {tolerance} is not above 0 and below 1")
+        let problem = if record.soilsig_run == FORMAT {
+            record.options.problem()
         } else {
-            return Ok(record);
+            Some(format!(
+                "version {} is not known; this program reads {FORMAT}",
+                record.soilsig_run
+            ))
         };
-        Err(FileError::wrong(path, problem).into())
-    }
-
-    /// Writes the record.
-    pub fn write(&self, path: &Path) -> Result<(), Error> {
-        let text = serde_json::to_string_pretty(self).expect("plain data");
-        Ok(output::bytes(path, (text + "\n").as_bytes())?)
+        match problem {
+            None => Ok(record),
+            Some(problem) => Err(FileError::wrong_at(path, "options", problem).into()),
+        }
     }
 
     /// The exit status, if a scene did not reach its tolerance.

@@ -13,7 +13,6 @@ use crate::radiometry::Assumed;
 use crate::report::{self, Report};
 use crate::scene::Scene;
 use crate::signature;
-use crate::signature::budget::Origin;
 use crate::signature::plan::Plan;
 use crate::support::cache::Made;
 use crate::support::error::Error;
@@ -50,7 +49,6 @@ impl Run<'_> {
                 Ok(made)
             })
             .collect::<Result<_, Error>>()?;
-        self.folder.begin_to_write()?;
         let mut tables = Vec::new();
         for (i, made) in made.iter().enumerate() {
             let name = self.of_packing(i, "table.json");
@@ -68,12 +66,11 @@ impl Run<'_> {
         &mut self,
         scene: &Scene,
         tables: &[Table],
-        origin: Origin,
         plan: Option<Plan>,
     ) -> Result<Report, Error> {
         let step = self.folder.begin("signature");
         let um = self.options.grid.wavelengths_um();
-        let report = Report::new(tables, &um, origin, self.options.tolerance, plan)?;
+        let report = Report::new(tables, &um, self.options.tolerance, plan)?;
         let bands = &report.bands;
         let temperature = tables[0].temperature();
         let csv = signature::csv_text(bands, &report.budget, temperature, Assumed::EXACT);
@@ -121,15 +118,15 @@ impl Run<'_> {
     /// Writes the page of a scene's result.
     pub(super) fn page(&mut self, scene: &Scene, of: &Told) -> Result<(), Error> {
         let heading = scene.description.as_ref().unwrap_or(&scene.name);
-        let Folder { record, out, below, .. } = &self.folder;
-        let run = page::of_folder(record, out, below, heading, of);
+        let Folder { record, new, below, .. } = &self.folder;
+        let run = page::of_folder(record, new, below, heading, of);
         let html = report::page::html(&scene.name, &[run]);
         self.folder.write(page::PAGE, html)
     }
 
     /// Writes the page that compares all coverages.
     pub(super) fn page_of_all(&mut self, results: &[Told]) -> Result<(), Error> {
-        let runs = page::side_by_side(self.folder.record, self.folder.out, results);
+        let runs = page::side_by_side(self.folder.record, self.folder.new, results);
         let html = report::page::html("Quartz soil by its cover with fines", &runs);
         self.folder.write(page::PAGE, html)
     }
@@ -151,7 +148,7 @@ impl Run<'_> {
 }
 
 /// Identifies this build of the program, so that it does not use what another one traced.
-pub(super) fn program() -> Option<(u64, Duration)> {
+pub(crate) fn program() -> Option<(u64, Duration)> {
     let file = std::env::current_exe().and_then(std::fs::metadata).ok()?;
     let age = file.modified().ok()?.duration_since(std::time::UNIX_EPOCH).ok()?;
     Some((file.len(), age))

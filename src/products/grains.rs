@@ -13,6 +13,7 @@ use crate::draw::plot::{self, Row, Solid};
 use crate::geometry::ingest::obj::ObjFile;
 use crate::support::cache::Cache;
 use crate::support::error::Error;
+use crate::support::lock::Lock;
 use crate::support::monitor::{Monitor, Step};
 use crate::support::output;
 
@@ -180,30 +181,33 @@ pub fn make(
     cache: &Cache,
     monitor: &dyn Monitor,
 ) -> Result<Report, Error> {
-    output::folder(out)?;
+    let _lock = Lock::of(out)?;
     let step = Step::new(monitor, "grains");
-    let blender = blender::find(options.blender.as_deref(), cache.blenders(), monitor)?;
+    let time_limit = Duration::from_secs(options.blender_timeout_s);
+    let wanted = options.blender.as_deref();
+    let blender = blender::find(wanted, cache.blenders(), time_limit, monitor)?;
     if let Some(warning) = blender.warning() {
         monitor.say(&format!("warning: {warning}"));
     }
     let scripts = blender::scripts_sha256();
     let Options { seed, variants, .. } = options;
     let made_from = (seed, variants, &blender.version, &blender.python, &blender.numpy, scripts);
-    let log = out.join("blender.log");
+    let log = out.join("blender.unfinished.log");
+    output::remove(&log)?;
     let made = cache.stage("grains", &made_from, |folder| {
         let (seed, variants) = (seed.to_string(), variants.to_string());
         let args = ["--seed", &seed, "--variants", &variants].map(Into::into).to_vec();
-        let time_limit = Duration::from_secs(options.blender_timeout_s);
         let job = Job { script: "grains.py", args, out: folder, log: &log, time_limit, monitor };
         blender.run(&job, &mut |event| match event {
             Event::Progress { stage, done, total } => monitor.at(*done, *total, stage),
             Event::Warning { message } => monitor.say(&format!("warning: {message}")),
             _ => {}
         })?;
-        Ok(output::copy(&log, &folder.join("blender.log"))?)
+        output::copy(&log, &folder.join("blender.log"))?;
+        Ok(output::remove(&log)?)
     })?;
     for file in &made.files {
-        output::copy(&made.folder.join(file), &out.join(file))?;
+        output::copy(&made.folder.join(file), &output::within(out, file)?)?;
     }
     let unusable = |problem| BlenderError::Script {
         message: format!("what grains.py wrote cannot be used: {problem}"),
@@ -213,8 +217,8 @@ pub fn make(
     let report = read(&out.join("grains.json")).map_err(unusable)?;
     let solids = solids(&out.join("grains.obj")).map_err(unusable)?;
     let svg = picture(&report, &solids).map_err(unusable)?;
-    output::bytes(&out.join("grains.svg"), svg.as_bytes())?;
-    output::bytes(&out.join("grains.png"), &plot::png(&svg, plot::PIXELS_PER_UNIT)?)?;
+    output::bytes(&output::within(out, "grains.svg")?, svg.as_bytes())?;
+    output::bytes(&output::within(out, "grains.png")?, &plot::png(&svg, plot::PIXELS_PER_UNIT)?)?;
     step.done(if made.cached { "from the cache" } else { "Blender" });
     Ok(report)
 }

@@ -4,8 +4,9 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::columns::BRIGHTEST;
 use super::{Columns, RadiometryError};
-use crate::support::linear::{OutOfRange, ends, interpolate};
+use crate::support::linear::{OutOfRange, ends, interpolate, rounded_within};
 
 /// Transmittance and path radiance between target and sensor, linear between the points.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -28,8 +29,11 @@ impl Atmosphere {
         let columns = Columns::read(path)?;
         let (wavelength_um, rows) = columns.ascending_um()?;
         columns.two_at_least(&wavelength_um)?;
-        let (transmittance, l_path) =
-            (columns.needed("transmittance")?, columns.needed_radiance("l_path")?);
+        let mut transmittance = columns.needed("transmittance")?;
+        for tau in &mut transmittance {
+            *tau = rounded_within(*tau, [0.0, 1.0]);
+        }
+        let l_path = columns.needed_radiance("l_path")?;
         if let Some(row) = transmittance.iter().position(|tau| !(0.0..=1.0).contains(tau)) {
             let problem = format!("a transmittance of {} is not within 0 to 1", transmittance[row]);
             return Err(columns.wrong(row, problem));
@@ -64,6 +68,6 @@ impl Atmosphere {
             && self.wavelength_um.is_sorted_by(|a, b| a < b)
             && [self.transmittance.len(), self.l_path.len()] == [points; 2]
             && self.transmittance.iter().all(|tau| (0.0..=1.0).contains(tau))
-            && self.l_path.iter().all(|l| l.is_finite() && *l >= 0.0)
+            && self.l_path.iter().all(|l| (0.0..=BRIGHTEST).contains(l))
     }
 }

@@ -4,17 +4,26 @@ use std::path::{Path, PathBuf};
 
 use super::RadiometryError;
 use crate::support::file_error::FileError;
+use crate::support::linear::rounded_within;
+use crate::support::text;
 
 /// Endings of headings that name a unit of spectral radiance, with its factor to W m-2 sr-1 um-1.
 /// The second unit is DIRSIG's.
 const RADIANCE_UNITS: [(&str, f64); 2] = [("_w_m2_sr_um", 1.0), ("_w_cm2_sr_um", 1e4)];
 
-/// The columns of a CSV file, by their headings. Lines that begin with # are comments.
+/// A column of radiances that are all 0 is rounded as one that reaches this, W m-2 sr-1 um-1.
+const LEAST_SCALE: f64 = 0.01;
+/// Above any radiance of a black body up to 10000 K at any wavelength (4.1e8), W m-2 sr-1 um-1.
+pub(super) const BRIGHTEST: f64 = 1e9;
+
+/// The columns of a CSV file, by their headings. Commas, semicolons or tabs separate them. Lines
+/// that begin with # are comments.
 #[derive(Debug, Clone)]
 pub struct Columns {
     path: PathBuf,
     headings: csv::StringRecord,
     rows: Vec<csv::StringRecord>,
+    has_decimal_commas: bool,
 }
 
 impl Columns {
@@ -23,20 +32,33 @@ impl Columns {
     /// # Errors
     /// A file that cannot be read, is not CSV, has no rows, or has rows of different lengths.
     pub fn read(path: &Path) -> Result<Self, RadiometryError> {
-        let file = std::fs::File::open(path).map_err(FileError::read(path))?;
+        let text = text::read(path)?;
+        let is_heading = |line: &&str| !line.trim().is_empty() && !line.starts_with('#');
+        let heading = text.lines().find(is_heading).unwrap_or_default();
+        let delimiters = [',', ';', '\t'];
+        let delimiter = delimiters.into_iter().find(|&of| heading.contains(of)).unwrap_or(',');
         let mut reader = csv::ReaderBuilder::new()
             .comment(Some(b'#'))
+            .delimiter(delimiter as u8)
             .trim(csv::Trim::All)
-            .from_reader(std::io::BufReader::new(file));
+            .from_reader(text.as_bytes());
         let wrong = |error: csv::Error| {
             let line = error.position().map_or(1, csv::Position::line);
             FileError::wrong_in_line(path, line, error.to_string())
         };
         let headings = reader.headers().map_err(wrong)?.clone();
         let rows: Vec<_> = reader.records().collect::<Result<_, _>>().map_err(wrong)?;
-        let columns = Self { path: path.to_owned(), headings, rows };
+        let has = |mark: char| rows.iter().flatten().any(|field| field.contains(mark));
+        let has_decimal_commas = has(',');
+        let is_mixed = has_decimal_commas && has('.');
+        let columns = Self { path: path.to_owned(), headings, rows, has_decimal_commas };
         if columns.rows.is_empty() {
             return Err(columns.wrong_file("there are no rows below the headings"));
+        }
+        if is_mixed {
+            let problem = "the numbers have decimal commas and decimal points: it is not clear \
+                           which of them are thousands";
+            return Err(columns.wrong_file(problem));
         }
         Ok(columns)
     }
@@ -56,7 +78,12 @@ impl Columns {
         };
         let numbers = self.rows.iter().enumerate().map(|(row, record)| {
             let field = record.get(place).unwrap_or_default();
-            match field.parse::<f64>() {
+            let number = if self.has_decimal_commas {
+                field.replacen(',', ".", 1).parse::<f64>()
+            } else {
+                field.parse::<f64>()
+            };
+            match number {
                 Ok(value) if value.is_finite() => Ok(value),
                 _ => Err(self.wrong(row, format!("{heading}: {field:?} is not a number"))),
             }
@@ -71,11 +98,21 @@ impl Columns {
 
     /// A column of radiance, W m-2 sr-1 um-1, by its heading without the unit; `None` if it is
     /// missing.
+    ///
+    /// # Errors
+    /// A field that is not a finite number, or a radiance above that of any body of 10000 K.
     pub fn radiance(&self, stem: &str) -> Result<Option<Vec<f64>>, RadiometryError> {
         for (unit, factor) in RADIANCE_UNITS {
-            if let Some(values) = self.column(&format!("{stem}{unit}"))? {
-                return Ok(Some(values.into_iter().map(|l| l * factor).collect()));
+            let Some(values) = self.column(&format!("{stem}{unit}"))? else { continue };
+            let values: Vec<f64> = values.into_iter().map(|l| l * factor).collect();
+            if let Some(row) = values.iter().position(|l| l.abs() > BRIGHTEST) {
+                let problem = format!(
+                    "{stem}: {:e} W m-2 sr-1 um-1 is brighter than any body of 10000 K",
+                    values[row]
+                );
+                return Err(self.wrong(row, problem));
             }
+            return Ok(Some(values));
         }
         Ok(None)
     }
@@ -86,9 +123,13 @@ impl Columns {
         self.radiance(stem)?.ok_or_else(missing)
     }
 
-    /// A column of radiance that must exist, 0 or more.
+    /// A column of radiance that must exist, 0 or more. What only rounding made negative is 0.
     pub fn needed_radiance(&self, stem: &str) -> Result<Vec<f64>, RadiometryError> {
-        let l = self.measured_radiance(stem)?;
+        let mut l = self.measured_radiance(stem)?;
+        let most = l.iter().copied().fold(0.0, f64::max);
+        for l in &mut l {
+            *l = rounded_within(*l, [0.0, most.max(LEAST_SCALE)]);
+        }
         match l.iter().position(|&l| l < 0.0) {
             Some(row) => Err(self.wrong(row, format!("{stem}: {} is below 0", l[row]))),
             None => Ok(l),

@@ -1,5 +1,7 @@
 //! Eq. 1 to 3 of the paper (Carson & Salvaggio 2015, section 2), and the error of Eq. 2.
 
+use crate::support::math;
+
 /// Eq. 1: the radiance that leaves the target is its emitted plus its reflected radiance.
 pub fn l_target(l_emitted: f64, l_reflected: f64) -> f64 {
     l_emitted + l_reflected
@@ -44,8 +46,9 @@ pub fn at_sensor(l_target: f64, transmittance: f64, l_path: f64) -> f64 {
 /// Radiance of the isotropic sky with the same irradiance on a horizontal surface. `l_sky` is the
 /// sky's radiance in bins of equal width of the zenith angle, from 0 to 90 degrees.
 pub fn l_downwelling(l_sky: &[f64]) -> f64 {
-    let edge =
-        |i: usize| (std::f64::consts::FRAC_PI_2 * i as f64 / l_sky.len() as f64).sin().powi(2);
+    let edge = |i: usize| {
+        math::sin_cos(std::f64::consts::FRAC_PI_2 * i as f64 / l_sky.len() as f64).0.powi(2)
+    };
     l_sky.iter().enumerate().map(|(i, l)| l * (edge(i + 1) - edge(i))).sum()
 }
 

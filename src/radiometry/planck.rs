@@ -1,5 +1,7 @@
 //! Planck's law, its slope in temperature, and its inverse.
 
+use crate::support::math;
+
 /// Planck constant, J s (CODATA 2019, exact).
 const H: f64 = 6.626_070_15e-34;
 /// Speed of light, m/s (exact).
@@ -15,20 +17,24 @@ const C_2: f64 = H * C / K_B * 1e6;
 /// Spectral radiance of a black body, W m-2 sr-1 um-1: wavelength in um and temperature in K, both
 /// above 0. It underflows to 0 at short wavelengths (300 K: below 0.07 um).
 pub fn planck(wavelength_um: f64, temperature_k: f64) -> f64 {
-    C_1L / wavelength_um.powi(5) / (C_2 / (wavelength_um * temperature_k)).exp_m1()
+    C_1L / wavelength_um.powi(5) / math::expm1(C_2 / (wavelength_um * temperature_k))
 }
 
 /// Derivative of [`planck`] with respect to temperature, W m-2 sr-1 um-1 K-1.
 pub fn planck_derivative(wavelength_um: f64, temperature_k: f64) -> f64 {
     let x = C_2 / (wavelength_um * temperature_k);
-    planck(wavelength_um, temperature_k) * x / temperature_k / -(-x).exp_m1()
+    planck(wavelength_um, temperature_k) * x / temperature_k / -math::expm1(-x)
 }
 
+/// Radiances below this share of 2 h c^2 / wavelength^5 have no brightness temperature: their own
+/// derivative is too small for a number.
+const FAINTEST: f64 = 1e-300;
+
 /// The temperature of a black body of this radiance, K: the inverse of [`planck`]. `None` for a
-/// radiance that is not finite and above 0.
+/// radiance that is not finite and above 0, or too faint for any body above some 20 K at 1 um.
 pub fn brightness_temperature_k(wavelength_um: f64, l: f64) -> Option<f64> {
-    let x = (C_1L / wavelength_um.powi(5) / l).ln_1p();
-    (l > 0.0 && l.is_finite()).then(|| C_2 / (wavelength_um * x))
+    let most = C_1L / wavelength_um.powi(5);
+    (l > FAINTEST * most && l.is_finite()).then(|| C_2 / (wavelength_um * math::log1p(most / l)))
 }
 
 #[cfg(test)]
@@ -94,7 +100,7 @@ mod tests {
         assert!((planck(um, kelvin) / rayleigh_jeans - 1.0).abs() < x * x);
         let back = brightness_temperature_k(um, planck(um, kelvin)).expect("it is above 0");
         assert!((back / kelvin - 1.0).abs() < 1e-12);
-        for no_radiance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        for no_radiance in [0.0, -1.0, 1e-320, f64::NAN, f64::INFINITY] {
             assert_eq!(brightness_temperature_k(9.0, no_radiance), None);
         }
     }

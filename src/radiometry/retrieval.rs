@@ -77,6 +77,8 @@ pub struct Assumed {
     pub downwelling_error: f64,
     /// Amplification above which a band is masked.
     pub amplification_limit: f64,
+    /// Whether the target is a powder of quartz alone, not a soil.
+    pub pure_quartz: bool,
 }
 
 impl Assumed {
@@ -84,9 +86,12 @@ impl Assumed {
     /// third of the difference between fine and coarse quartz powders from 8 to 9.5 um.
     pub const AMPLIFICATION_LIMIT: f64 = 10.0;
 
-    /// An exactly known sky.
-    pub const EXACT: Self =
-        Self { downwelling_error: 0.0, amplification_limit: Self::AMPLIFICATION_LIMIT };
+    /// An exactly known sky over a soil.
+    pub const EXACT: Self = Self {
+        downwelling_error: 0.0,
+        amplification_limit: Self::AMPLIFICATION_LIMIT,
+        pure_quartz: false,
+    };
 }
 
 /// The result of a retrieval in one band.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::columns::BRIGHTEST;
 use super::{Columns, RadiometryError};
 use crate::support::linear::{OutOfRange, ends, interpolate, locate};
 
@@ -100,6 +101,6 @@ impl SkyTable {
             && ascends(&self.wavelength_um)
             && self.l_sky.len() == self.zenith_deg.len()
             && self.l_sky.iter().all(|l| l.len() == self.wavelength_um.len())
-            && self.l_sky.iter().flatten().all(|l| l.is_finite() && *l >= 0.0)
+            && self.l_sky.iter().flatten().all(|l| (0.0..=BRIGHTEST).contains(l))
     }
 }

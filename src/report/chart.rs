@@ -45,8 +45,14 @@ pub fn chart(
     hatched_um.sort_by(|a, b| a[0].total_cmp(&b[0]));
     hatched_um.dedup();
     if !hatched_um.is_empty() {
-        let why = "grains let light through, or are small against the wavelength";
-        caption.push(format!("Hatched: Fresnel facets do not hold there; {why}."));
+        let is_refractive = |table: &Table| table.nodes.is_some();
+        caption.push(if signatures.iter().any(|(tables, _)| is_refractive(&tables[0])) {
+            "Hatched: rays do not hold there; small grains that reflect much take wave optics."
+                .into()
+        } else {
+            let why = "grains let light through, or are small against the wavelength";
+            format!("Hatched: Fresnel facets do not hold there; {why}.")
+        });
     }
     let versions: Vec<String> = [("soilsig", "soilsig"), ("blender", "Blender")]
         .iter()
@@ -58,6 +64,9 @@ pub fn chart(
 
 /// How the facets of a table's materials reflect.
 fn facets(table: &Table) -> &'static str {
+    if table.nodes.is_some() {
+        return "refractive";
+    }
     let specular = |m: &TableMaterial| m.specular > 0.0 || m.spectrum.is_angular();
     match table.materials.iter().filter(|m| specular(m)).count() {
         0 => "Lambertian",

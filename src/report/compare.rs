@@ -6,7 +6,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::Report;
 use crate::radiometry::Columns;
-use crate::signature::budget::{Budget, Origin};
+use crate::signature::budget::Budget;
 use crate::signature::evaluate;
 use crate::spectrum::Spectrum;
 use crate::spectrum::format::{self, Format, Reading};
@@ -14,6 +14,7 @@ use crate::support::csv::{Csv, decimals};
 use crate::support::error::{Error, Failure};
 use crate::support::file_error::FileError;
 use crate::support::linear::{ends, interpolate};
+use crate::support::math;
 use crate::table::Table;
 
 /// A result cannot be compared.
@@ -82,7 +83,7 @@ impl Curve {
         let table = [Table::read(path)?];
         let um = table[0].stop.asked.grid.wavelengths_um();
         let bands = evaluate(&table, &um)?;
-        let budget = Budget::new(&table, &bands, Origin::of_tables(1))?;
+        let budget = Budget::new(&table, &bands)?;
         Ok(Self {
             name: path.display().to_string(),
             wavelength_um: um,
@@ -173,7 +174,8 @@ impl Difference {
                 b.half_width_95.as_ref().map(|widths| at(widths, um)),
             ];
             let known = widths.iter().any(Option::is_some);
-            let width = widths.iter().flatten().fold(0.0_f64, |sum, width| sum.hypot(*width));
+            let width =
+                widths.iter().flatten().fold(0.0_f64, |sum, width| math::hypot(sum, *width));
             let difference = emissivity[1] - emissivity[0];
             let z = known.then(|| match difference.abs() {
                 // What rounding in files makes is no difference.
@@ -213,7 +215,7 @@ impl Difference {
 
     /// The z that one of all bands passes by chance in one comparison of twenty (Sidak).
     pub fn limit(&self) -> f64 {
-        let level = 0.95_f64.powf(1.0 / self.bands.len() as f64);
+        let level = math::pow(0.95, 1.0 / self.bands.len() as f64);
         Normal::standard().inverse_cdf(f64::midpoint(1.0, level))
     }
 

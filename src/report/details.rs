@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use super::Reached;
 use crate::histogram::tally::Kept;
-use crate::signature::depth::Depth;
 use crate::signature::plan::Plan;
 use crate::spectrum::FacetSource;
 use crate::table::cover::Cover;
@@ -64,7 +63,7 @@ fn list(items: impl Iterator<Item = String>) -> String {
 
 /// The number of packings that a tolerance takes.
 pub fn plan(plan: &Plan, tolerance: f64) -> String {
-    let Plan { pilot, spread, at_um, apart, touching, wanted, packings, depth: fewer } = plan;
+    let Plan { pilot, spread, at_um, apart, touching, wanted, packings } = plan;
     let are_apart = *apart > 0.0;
     let kind = if *touching && !are_apart { " whose fines touch" } else { "" };
     let mut parts =
@@ -76,17 +75,9 @@ pub fn plan(plan: &Plan, tolerance: f64) -> String {
         parts.push(format!("fines have to touch for +-{tolerance}"));
     } else {
         parts.push(format!("+-{tolerance} at 95 % takes {wanted}"));
-        parts.extend(fewer.as_ref().map(depth));
         parts.extend((packings < wanted).then(|| format!("only {packings} are dropped")));
     }
     parts.join("; ")
-}
-
-/// The number of grains that are enough.
-pub fn depth(depth: &Depth) -> String {
-    let Depth { of, grains, change, at_um } = depth;
-    let below = of - grains;
-    format!("{grains} of {of} grains: the lowest {below} change at most {change:.4} at {at_um} um")
 }
 
 /// The budget of the band with the widest total.
@@ -106,7 +97,7 @@ fn budget(r: &Reached) -> [String; 2] {
     ];
     let unknown = match &r.spectra_unknown[..] {
         [] => String::new(),
-        names => format!(" (unknown for {})", names.join(", ")),
+        names => format!(" as far as known (not for {})", names.join(", ")),
     };
     let not_included = [
         part("hulls that keep fines apart up to", share.apart),
@@ -142,6 +133,10 @@ fn facets(facets: &BTreeMap<String, FacetSource>) -> Vec<String> {
 
 /// What is recorded of each path, and why less would not do.
 fn recorded(kept: Kept) -> String {
+    if kept.nodes > 0 {
+        let nodes = kept.nodes;
+        return format!("its weight at {nodes} wavelengths, hits on the floor (facets refract)");
+    }
     let mut parts = vec![match (kept.order, kept.cosines) {
         (true, _) => "hits in their order (materials differ in temperature)",
         (false, 1) => "hits on each material",

@@ -4,6 +4,7 @@ use super::Reached;
 use super::terminal::{number, span};
 use crate::histogram::estimate;
 use crate::signature::Window;
+use crate::support::math;
 use crate::table::StopReason;
 
 /// Wall time of the stages that more beds or rays would repeat, seconds.
@@ -70,7 +71,9 @@ fn packings(r: &Reached, window: &Window, cost: Option<Cost>) -> String {
         None => format!("{} packings do not halve that", estimate::MOST),
         Some((n, half_width)) => {
             let time = cost.map(|cost| cost.of_packings(r.packings, n));
-            format!("--packings {n} gives {}", gives(r, window, half_width, time))
+            // Only a run of the pipeline has a cost; others have no such option.
+            let command = if cost.is_some() { "" } else { "soilsig pipeline " };
+            format!("{command}--packings {n} gives {}", gives(r, window, half_width, time))
         }
     }
 }
@@ -96,7 +99,7 @@ fn gives(r: &Reached, window: &Window, half_width: f64, seconds: Option<f64>) ->
 
 /// Two significant digits, rounded down, but for what rounding to a double takes away.
 fn two_digits(x: f64) -> f64 {
-    let unit = 10f64.powi(1 - x.log10().floor() as i32);
+    let unit = 10f64.powi(1 - math::log10(x).floor() as i32);
     (x * unit + 1e-9).floor() / unit
 }
 
@@ -158,7 +161,7 @@ mod tests {
         assert!(blocks(&[("sparse", &one, None)], true).lines().count() > 6);
         // A tolerance within reach ends it earlier.
         let loose = reached(|r| r["tolerance"] = 0.017.into());
-        assert!(line(&loose, None).expect("a line").contains("--packings 4 gives"));
+        assert!(line(&loose, None).expect("a line").contains("pipeline --packings 4 gives"));
         let planned = reached(|r| {
             r["plan"] = json!({"pilot": 6, "spread": 0.0099, "at_um": 9, "apart": 0,
                                "touching": false, "wanted": 6, "packings": 6});

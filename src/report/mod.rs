@@ -12,9 +12,8 @@ mod retrieval;
 pub mod terminal;
 pub mod warnings;
 
-use crate::histogram::tally::PARTS;
 use crate::radiometry::Assumed;
-use crate::signature::budget::{Budget, Origin};
+use crate::signature::budget::Budget;
 use crate::signature::plan::Plan;
 use crate::signature::{Band, Window, curves, evaluate, not_valid_um};
 use crate::spectrum::features::{Features, features};
@@ -25,7 +24,7 @@ use crate::table::{Table, cover};
 
 #[cfg(feature = "plots")]
 pub use chart::chart;
-pub use details::{depth, plan};
+pub use details::plan;
 pub use limit::Cost;
 pub use reached::{FeatureErrors, Reached};
 pub use retrieval::Retrieval;
@@ -50,13 +49,12 @@ impl Report {
     pub fn new(
         packings: &[Table],
         wavelengths_um: &[f64],
-        origin: Origin,
         tolerance: f64,
         plan: Option<Plan>,
     ) -> Result<Self, Error> {
         let bands = evaluate(packings, wavelengths_um)?;
-        let budget = Budget::new(packings, &bands, origin)?;
-        let windows = Window::all(packings, &bands, &budget, origin)?;
+        let budget = Budget::new(packings, &bands)?;
+        let windows = Window::all(packings, &bands, &budget)?;
         let paths: u64 = packings.iter().map(|table| table.paths).sum();
         let met: u64 = packings.iter().map(Table::met).sum();
         let share =
@@ -89,14 +87,16 @@ impl Report {
             trapped_half_width: e.trapped,
             packings_wanted: e.spread.and_then(|spread| wanted(spread, tolerance - e.trapped)),
             tolerance,
-            tolerance_reached: plan.map_or(by_interval, |plan| plan.is_whole()),
+            tolerance_reached: by_interval,
             paths,
             facets: of_materials.map(|m| (m.name.clone(), m.spectrum.facets())).collect(),
             not_valid_um: not_valid_um(&bands),
             seen_first: seen_first.collect(),
             coverage: cover::mean(&packings.iter().map(|t| &t.coverage).collect::<Vec<_>>()),
             missed: share(&|table| table.missed as f64),
-            escaped_downward: share(&|table| table.escaped_downward as f64 / PARTS as f64),
+            escaped_downward: share(&|table| {
+                table.escaped_downward as f64 / table.histogram.parts as f64
+            }),
             trapped: share(&|table| table.histogram.paths_given_up()),
             kept: packings[0].histogram.kept,
             ended_by: packings[0].stop.reached.reason,

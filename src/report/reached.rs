@@ -76,7 +76,8 @@ pub struct Reached {
     pub field: Option<FieldSummary>,
     /// The budget of the band with the widest total; `budget.csv` has every band.
     pub budget: Share,
-    /// Materials whose spectra come without an error, which `budget.spectra` cannot include.
+    /// Materials whose spectra have an error that is not, or not wholly, known. `budget.spectra`
+    /// holds the known part.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub spectra_unknown: Vec<String>,
     /// Largest change of any band's emissivity between a black and a white floor.

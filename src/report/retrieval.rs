@@ -36,8 +36,8 @@ pub enum Separation {
         temperature_k: f64,
         /// Its standard error, K.
         temperature_standard_error_k: f64,
-        /// Root mean square of Eq. 2 less the emissivity, over bands that are not masked.
-        emissivity_rms: f64,
+        /// Root mean square of Eq. 2 less the emissivity, over bands that are not masked, if any.
+        emissivity_rms: Option<f64>,
     },
     /// Why it gives none.
     Refused(String),
@@ -60,7 +60,7 @@ impl Retrieval {
                 Separation::Found {
                     temperature_k: temperature.k,
                     temperature_standard_error_k: temperature.error_k,
-                    emissivity_rms: (squares / off.len() as f64).sqrt(),
+                    emissivity_rms: (!off.is_empty()).then(|| (squares / off.len() as f64).sqrt()),
                 }
             }
         };

@@ -29,6 +29,8 @@ pub fn blocks(scenes: &[Scene], with_details: bool) -> String {
         if with_details {
             lines.extend(details::lines(r));
         }
+        // A name of a stranger's scene is no line of its own.
+        let name = name.replace('\n', " ");
         format!("{name:width$}   {}\n", lines.join(&format!("\n{:width$}   ", "")))
     };
     scenes.iter().map(block).collect::<Vec<_>>().concat()
@@ -127,6 +129,11 @@ pub(super) fn facets(r: &Reached) -> impl Iterator<Item = &'static str> {
             Mode::Fresnel,
             "facets are mirrors: valid where grains let no light through (docs: facets)",
         ),
+        (
+            Mode::Refractive,
+            "light passes through the grains, by rays: wave optics is left out (docs: refraction)",
+        ),
+        (Mode::Mix, "facets bear patches of several kinds, mixed by area (docs: facets)"),
     ];
     let is_used = |mode| r.facets.values().any(|facets| facets.mode == mode);
     notes.into_iter().filter(move |(mode, _)| is_used(*mode)).map(|(_, note)| note)

@@ -6,7 +6,8 @@
 use super::Reached;
 use crate::radiometry::Lit;
 use crate::signature::Band;
-use crate::spectrum::Spectrum;
+use crate::spectrum::{Mode, Spectrum};
+use crate::support::math;
 use crate::table::warning::Warning;
 use crate::table::{StopReason, Table};
 
@@ -43,11 +44,20 @@ pub(super) fn lines(r: &Reached) -> Vec<String> {
         let range = |[from, to]: &[f64; 2]| {
             if from == to { format!("{from}") } else { format!("{from}-{to}") }
         };
-        lines.push(format!(
-            "fresnel facets do not hold at {} um: grains let over 1 % of the light through, or \
-             measure below ten wavelengths",
-            r.not_valid_um.iter().map(range).collect::<Vec<_>>().join(", ")
-        ));
+        let at = r.not_valid_um.iter().map(range).collect::<Vec<_>>().join(", ");
+        let is_used = |mode| r.facets.values().any(|facets| facets.mode == mode);
+        if is_used(Mode::Fresnel) {
+            lines.push(format!(
+                "fresnel facets do not hold at {at} um: grains let over 1 % of the light through, \
+                 or measure below ten wavelengths"
+            ));
+        }
+        if is_used(Mode::Refractive) {
+            lines.push(format!(
+                "rays do not hold at {at} um: it takes wave optics, since grains measure below ten \
+                 wavelengths and their faces reflect much, or grains measure below half of one"
+            ));
+        }
     }
     for (share, least, what) in [
         (r.missed, 0.0, "of the sensor's rays meet nothing and are left out"),
@@ -80,12 +90,18 @@ pub fn of_result(
     );
     let span = [bands[0].wavelength_um, bands[bands.len() - 1].wavelength_um];
     for material in &table.materials {
-        if let Spectrum::Tabulated(points) = &material.spectrum
-            && let Some((error, at_um)) = points.sampling_error(span)
-            && error > tolerance
-        {
-            let spectrum = points.file.clone();
-            warnings.push(Warning::Undersampled { spectrum, error, at_um });
+        let components = match &material.spectrum {
+            Spectrum::Mix(mix) => mix.components().iter().map(|(s, of)| (*s, of)).collect(),
+            spectrum => vec![(1.0, spectrum)],
+        };
+        for (share, spectrum) in components {
+            if let Spectrum::Tabulated(points) = spectrum
+                && let Some((error, at_um)) = points.sampling_error(span)
+                && share * error > tolerance
+            {
+                let (spectrum, error) = (points.file.clone(), share * error);
+                warnings.push(Warning::Undersampled { spectrum, error, at_um });
+            }
         }
     }
     let zenith_deg = table.view.zenith_deg;
@@ -124,7 +140,7 @@ fn zenith_bins(table: &Table, bands: &[Band]) -> Option<f64> {
 /// band.
 fn grazing_bins(table: &Table, bands: &[Band]) -> Option<f64> {
     let cosines = f64::from(table.histogram.kept.cosines);
-    let bin = (table.view.zenith_deg.to_radians().cos() * cosines).floor().min(cosines - 1.0);
+    let bin = (math::cos(table.view.zenith_deg.to_radians()) * cosines).floor().min(cosines - 1.0);
     let change = |spectrum: &Spectrum, um: f64| {
         let at = |edge: f64| spectrum.reflectance_at(um, edge / cosines).unwrap_or(0.0);
         (at(bin) - at(bin + 1.0)).abs() / 2.0

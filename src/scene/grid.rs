@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Wavelengths that may be asked for, um.
+pub const WAVELENGTHS_UM: [f64; 2] = [0.01, 1e4];
+
 /// Equally spaced wavelengths.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "GridFields")]

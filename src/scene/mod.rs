@@ -33,10 +33,10 @@ pub use packing::{
     Collision, Cover, Drop, Dust, FineClass, Fines, FromLibrary, GrainClass, Packing, Shape,
     ShapeSource,
 };
-pub use placed::{Domain, Floor, Instance, Placed, Prototype, Sides, UpAxis};
+pub use placed::{Domain, Floor, Instance, Origin, Placed, Prototype, Sides, UpAxis};
 pub use sensor::{Noise, Optics, Sensor, SensorBands};
 pub use sky::{Sky, SkyPoint, SkyRadiance};
-pub use source::{Facets, Inverted, SpectrumSource};
+pub use source::{Component, Constants, ConstantsFile, Facets, Inverted, SpectrumSource};
 
 /// The format's version, the value of `soilsig_scene`.
 pub const FORMAT: u32 = 1;
@@ -151,7 +151,7 @@ pub struct Material {
     #[cfg_attr(feature = "schema", schemars(range(min = 1.0, max = 10_000.0)))]
     pub temperature_k: Option<f64>,
     /// Specular share of the reflectance, 0 to 1; the rest is Lambertian. Default: 1 for `fresnel`
-    /// spectra, 0 for others.
+    /// spectra, 0 for others. Refractive facets have none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = 1.0)))]
     pub specular: Option<f64>,
@@ -256,13 +256,7 @@ impl Scene {
         let mut add =
             |label: String, path, is_table| files.push(SceneFile { path, label, is_table });
         for (i, material) in self.materials.iter_mut().enumerate() {
-            let (spectrum, tables) = material.spectrum.files_mut();
-            if let Some(path) = spectrum {
-                add(format!("spectrum_{i}"), path, false);
-            }
-            for (bed, path) in tables.iter_mut().enumerate() {
-                add(format!("pure_bed_{i}_{bed}"), path, true);
-            }
+            material.spectrum.files_mut(&i.to_string(), &mut add);
         }
         if let Some(sky) = &mut self.sky_radiance {
             add("sky".into(), sky.file_mut(), false);
@@ -315,16 +309,23 @@ impl Scene {
         for (i, material) in self.materials.iter().enumerate() {
             let name = &material.name;
             // Mesh files could not name such a material.
+            let place = format!("materials[{i}].name");
+            need(!name.is_empty(), &place, || "a material needs a name".into())?;
             let is_plain = name.trim() == name && !name.contains(char::is_control);
-            need(is_plain, &format!("materials[{i}].name"), || {
+            need(is_plain, &place, || {
                 format!("{name:?} begins or ends with white space, or holds a control character")
             })?;
             material.spectrum.check(&format!("materials[{i}].spectrum"))?;
             if let Some(own) = material.temperature_k {
                 temperature(own, &format!("materials[{i}].temperature_k"))?;
             }
+            let is_refractive = matches!(material.spectrum, SpectrumSource::Refractive(_));
+            let place = format!("materials[{i}].specular");
+            need(!is_refractive || material.specular.is_none(), &place, || {
+                "refractive facets reflect as mirrors: leave it out".into()
+            })?;
             if let Some(specular) = material.specular {
-                within(specular, 0.0..=1.0, &format!("materials[{i}].specular"))?;
+                within(specular, 0.0..=1.0, &place)?;
             }
         }
         match &self.geometry {

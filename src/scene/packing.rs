@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::FARTHEST_UM;
 use super::packing_check::{
     GRAIN_NAME, MOST, MOST_FRAMES, MOST_ITERATIONS, MOST_LAYERS, MOST_RIBS, MOST_SEED,
     MOST_SUBSTEPS, MOST_VARIANTS, NAME,
 };
+use super::{FARTHEST_UM, Origin};
 
 /// A recipe for a bed of grains dusted with fines.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -112,7 +112,8 @@ pub struct FromLibrary {
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct GrainClass {
-    /// The class's name, up to 40 characters without white space or `#`; its prototypes are called NAME_0, NAME_1, ...
+    /// The class's name, up to 40 characters without white space or `#`; its prototypes are called
+    /// NAME_0, NAME_1, ...
     #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub name: String,
     /// One of the modelled shapes, or grains of the library.
@@ -246,7 +247,8 @@ pub struct Drop {
 pub enum Collision {
     /// The convex hull of the dusty grain: the fastest.
     Hull,
-    /// The hull until the bed rests, then every fine and the grain itself, so that fines touch fines.
+    /// The hull until the bed rests, then every fine and the grain itself, so that fines touch
+    /// fines.
     HullThenFines,
     /// The dusty grain's own mesh from the first frame on: for a few grains.
     Mesh,
@@ -267,6 +269,13 @@ impl Default for Drop {
 }
 
 impl Packing {
+    /// What its beds are. Hulls keep dust apart, if there is any.
+    pub fn origin(&self) -> Origin {
+        let is_dusted = self.grains.iter().any(|class| !class.fines.is_none());
+        let hulls = self.drop.collision == Collision::Hull;
+        if is_dusted && hulls { Origin::DrawnApart } else { Origin::Drawn }
+    }
+
     /// The shapes of all classes and the ribs asked of them, with the classes' places in the scene
     /// file.
     pub fn shapes(&self) -> impl Iterator<Item = (String, &ShapeSource, Option<u8>)> {

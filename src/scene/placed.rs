@@ -24,6 +24,30 @@ pub struct Placed {
     /// with open sides and no floor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub domain: Option<Domain>,
+    /// Where the geometry comes from. Default: it is given.
+    #[serde(default, skip_serializing_if = "Origin::is_given")]
+    pub origin: Origin,
+}
+
+/// Where the geometry of a bed comes from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Origin {
+    /// It is given: no other bed is meant.
+    #[default]
+    Given,
+    /// It is a random draw of a recipe, whose beds differ.
+    Drawn,
+    /// The same, and hulls keep the fines of neighbouring grains apart.
+    DrawnApart,
+}
+
+impl Origin {
+    #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+    pub(crate) fn is_given(&self) -> bool {
+        *self == Self::Given
+    }
 }
 
 /// A mesh from a file.

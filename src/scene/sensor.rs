@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::FARTHEST_UM;
 use super::check::{Checked, need, positive};
+use super::grid::WAVELENGTHS_UM;
 
 /// Most pixels along a side of the focal plane.
 const MOST_PIXELS: u32 = 16_384;
@@ -58,16 +59,17 @@ pub enum Optics {
 pub enum SensorBands {
     /// A band with a constant response within its width. With width 0 it is one wavelength.
     Box {
-        /// Centre, um, above 0.
+        /// Centre, um. The band must be within 0.01 to 10000 um.
         centre_um: f64,
         /// Full width, um, from 0 to below the centre.
         width_um: f64,
     },
     /// A band with a Gaussian response.
     Gaussian {
-        /// Centre, um, above 0.
+        /// Centre, um.
         centre_um: f64,
-        /// Full width at half maximum, um, above 0.
+        /// Full width at half maximum, um, above 0. The response is followed to 1.83 times this on
+        /// either side, which must be within 0.01 to 10000 um.
         fwhm_um: f64,
     },
     /// A band with its response in a file, relative to the scene file. The columns are wavelength
@@ -101,6 +103,18 @@ pub struct Noise {
     pub nedt_k: Option<f64>,
     /// Random seed of the noise, 0 to 2^64 - 1.
     pub seed: u64,
+}
+
+/// A Gaussian response falls to 1e-4 of its maximum at so many of its full widths from the centre.
+const GAUSSIAN_REACH: f64 = 1.823;
+
+/// Checks that bands from a first to a last centre reach no farther than wavelengths may.
+fn within_wavelengths([first, last]: [f64; 2], half_um: f64, at: &str) -> Checked {
+    let [from, to] = [first - half_um, last + half_um];
+    let [least, most] = WAVELENGTHS_UM;
+    need(from >= least && to <= most, at, || {
+        format!("the response reaches from {from} to {to} um, beyond {least} to {most} um")
+    })
 }
 
 impl Sensor {
@@ -137,16 +151,21 @@ impl Sensor {
                         need(width_um >= 0.0 && width_um < centre_um, &at("box.width_um"), || {
                             format!("{width_um} is not from 0 to below the centre")
                         })?;
+                        within_wavelengths([centre_um; 2], width_um / 2.0, &at("box"))?;
                     }
                     SensorBands::Gaussian { centre_um, fwhm_um } => {
                         positive(centre_um, &at("gaussian.centre_um"))?;
                         positive(fwhm_um, &at("gaussian.fwhm_um"))?;
+                        let half_um = GAUSSIAN_REACH * fwhm_um;
+                        within_wavelengths([centre_um; 2], half_um, &at("gaussian"))?;
                     }
                     SensorBands::File(_) => {}
                     SensorBands::Grid { from_um, to_um, step_um, fwhm_um } => {
                         crate::scene::Grid::new(from_um, to_um, step_um)
                             .map_err(|problem| (at("grid"), problem))?;
                         positive(fwhm_um, &at("grid.fwhm_um"))?;
+                        let half_um = GAUSSIAN_REACH * fwhm_um;
+                        within_wavelengths([from_um, to_um], half_um, &at("grid"))?;
                     }
                 }
             }

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::check::{Checked, need, within};
 use super::{Change, Scene};
+use crate::support::statistics::SHARES_ROUNDING;
 
 /// The emissivity of a material's facets: one of these keys.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -21,11 +22,37 @@ pub enum SpectrumSource {
     File(PathBuf),
     /// The same emissivity at every wavelength, 0 to 1.
     Constant(f64),
-    /// Shipped optical constants: `quartz`, `quartz_zeidler` or `quartz_spitzer_kleinman`. Facets
-    /// are specular, with the Fresnel reflectance at the angle of each hit.
-    Fresnel(String),
+    /// Optical constants of a crystal, shipped or from a file. Facets are specular, with the Fresnel
+    /// reflectance at the angle of each hit.
+    Fresnel(Constants),
+    /// Optical constants of a crystal, shipped or from a file. Light passes through the facets: it is
+    /// refracted, absorbed within the grain, and leaves again.
+    Refractive(Constants),
     /// The facets of a powder: a bed of them alone has the emissivity of the powder's spectrum.
     Inverted(Inverted),
+    /// Patches of several kinds on each facet, mixed by area: 1 to 100. Patches are small against
+    /// the facet, and Lambertian: `fresnel` is not among them.
+    Mix(Vec<Component>),
+}
+
+/// Optical constants: the name of a shipped set, or a file of one's own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(untagged)]
+pub enum Constants {
+    /// A shipped set: one that `soilsig spectra list` names.
+    Shipped(String),
+    /// A file of optical constants.
+    File(ConstantsFile),
+}
+
+/// A file of optical constants.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct ConstantsFile {
+    /// A JSON file with the dielectric function along each axis, relative to the scene file.
+    pub file: PathBuf,
 }
 
 /// A powder's spectrum, and the bed that its facets are found with.
@@ -40,6 +67,20 @@ pub struct Inverted {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pure_bed: Vec<PathBuf>,
 }
+
+/// One kind of patch on a facet.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Component {
+    /// Its share of the area, above 0. All shares add up to 1.
+    pub share: f64,
+    /// Its spectrum: `builtin`, `file`, `constant` or `inverted`.
+    pub spectrum: SpectrumSource,
+}
+
+/// Most components of a mix.
+const MOST_COMPONENTS: usize = 100;
 
 /// What the spectra of powders give to facets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -58,30 +99,65 @@ impl Facets {
     /// a facet and stay.
     pub fn apply(self, scene: &mut Scene) {
         for material in &mut scene.materials {
-            let source = &mut material.spectrum;
-            match (self, &mut *source) {
-                (Self::Inverted, SpectrumSource::Builtin(_) | SpectrumSource::File(_)) => {
-                    let spectrum = Box::new(source.clone());
-                    *source = SpectrumSource::Inverted(Inverted { spectrum, pure_bed: Vec::new() });
-                }
-                (Self::Library, SpectrumSource::Inverted(inverted)) => {
-                    *source = (*inverted.spectrum).clone();
-                }
-                _ => {}
-            }
+            self.give(&mut material.spectrum);
         }
         scene.changes.push(Change::of_facets(self));
+    }
+
+    fn give(self, source: &mut SpectrumSource) {
+        match (self, &mut *source) {
+            (Self::Inverted, SpectrumSource::Builtin(_) | SpectrumSource::File(_)) => {
+                let spectrum = Box::new(source.clone());
+                *source = SpectrumSource::Inverted(Inverted { spectrum, pure_bed: Vec::new() });
+            }
+            (Self::Library, SpectrumSource::Inverted(inverted)) => {
+                *source = (*inverted.spectrum).clone();
+            }
+            (_, SpectrumSource::Mix(components)) => {
+                for component in components {
+                    self.give(&mut component.spectrum);
+                }
+            }
+            _ => {}
+        }
     }
 }
 
 impl SpectrumSource {
-    /// The spectrum's file, and the bounce tables of its pure bed.
-    pub(super) fn files_mut(&mut self) -> (Option<&mut PathBuf>, &mut [PathBuf]) {
+    /// Gives each file to `add`, with its label and whether it is a bounce table of a pure bed.
+    /// `number` is that of the material.
+    pub(super) fn files_mut<'a>(
+        &'a mut self,
+        number: &str,
+        add: &mut impl FnMut(String, &'a mut PathBuf, bool),
+    ) {
         match self {
-            Self::File(file) => (Some(file), &mut []),
-            Self::Inverted(Inverted { spectrum, pure_bed }) => (spectrum.files_mut().0, pure_bed),
-            Self::Builtin(_) | Self::Constant(_) | Self::Fresnel(_) => (None, &mut []),
+            Self::File(file) => add(format!("spectrum_{number}"), file, false),
+            Self::Inverted(Inverted { spectrum, pure_bed }) => {
+                spectrum.files_mut(number, add);
+                for (bed, table) in pure_bed.iter_mut().enumerate() {
+                    add(format!("pure_bed_{number}_{bed}"), table, true);
+                }
+            }
+            Self::Mix(components) => {
+                for (i, component) in components.iter_mut().enumerate() {
+                    component.spectrum.files_mut(&format!("{number}_{i}"), add);
+                }
+            }
+            Self::Fresnel(Constants::File(ConstantsFile { file }))
+            | Self::Refractive(Constants::File(ConstantsFile { file })) => {
+                add(format!("constants_{number}"), file, false);
+            }
+            Self::Builtin(_)
+            | Self::Constant(_)
+            | Self::Fresnel(Constants::Shipped(_))
+            | Self::Refractive(Constants::Shipped(_)) => {}
         }
+    }
+
+    /// What is wrong with its values, if anything is.
+    pub fn problem(&self) -> Option<String> {
+        self.check("spectrum").err().map(|(place, problem)| format!("{place}: {problem}"))
     }
 
     pub(super) fn check(&self, place: &str) -> Checked {
@@ -91,13 +167,43 @@ impl SpectrumSource {
             }
             Self::Inverted(inverted) => {
                 let place = format!("{place}.inverted.spectrum");
-                let is_powder = !matches!(*inverted.spectrum, Self::Fresnel(_) | Self::Inverted(_));
+                let is_powder = matches!(
+                    *inverted.spectrum,
+                    Self::Builtin(_) | Self::File(_) | Self::Constant(_)
+                );
                 need(is_powder, &place, || {
                     "it must be the spectrum of a powder: builtin, file or constant".into()
                 })?;
                 inverted.spectrum.check(&place)
             }
-            Self::Builtin(_) | Self::File(_) | Self::Fresnel(_) => Ok(()),
+            Self::Mix(components) => check_mix(components, &format!("{place}.mix")),
+            Self::Builtin(_) | Self::File(_) | Self::Fresnel(_) | Self::Refractive(_) => Ok(()),
         }
     }
+}
+
+fn check_mix(components: &[Component], place: &str) -> Checked {
+    within(components.len(), 1..=MOST_COMPONENTS, place)?;
+    for (i, component) in components.iter().enumerate() {
+        let place = format!("{place}[{i}]");
+        let Component { share, spectrum } = component;
+        need(*share > 0.0 && *share <= 1.0, &format!("{place}.share"), || {
+            format!("{share} is not above 0 and at most 1")
+        })?;
+        let place = format!("{place}.spectrum");
+        let is_lambertian = !matches!(
+            spectrum,
+            SpectrumSource::Fresnel(_) | SpectrumSource::Refractive(_) | SpectrumSource::Mix(_)
+        );
+        need(is_lambertian, &place, || {
+            "a component is Lambertian: builtin, file, constant or inverted. Give mirrors a \
+             material of their own"
+                .into()
+        })?;
+        spectrum.check(&place)?;
+    }
+    let sum: f64 = components.iter().map(|component| component.share).sum();
+    need((sum - 1.0).abs() <= SHARES_ROUNDING, place, || {
+        format!("the shares add up to {sum}, not 1")
+    })
 }

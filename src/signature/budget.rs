@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::cells::{self, OfCells};
-use crate::scene::{Collision, Packing};
+use crate::scene::Origin;
 use crate::signature::{self, Band};
 use crate::spectrum::Spectrum;
 use crate::support::csv::{Csv, decimals};
@@ -43,35 +43,11 @@ pub struct Share {
     /// Effect of more or fewer facets on a grain: 2 % of the reflectance, not measured on
     /// these beds. `None` where the geometry is given.
     pub facets: Option<f64>,
-    /// Error of linear interpolation half-way to the next band.
+    /// Error of linear interpolation half-way to the next band, or between the nodes of refractive
+    /// facets.
     pub spectral_step: f64,
     /// Effect of the errors of the facets' spectra, as far as these are known.
     pub spectra: f64,
-}
-
-/// Where the geometry of a result comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Origin {
-    /// It is given.
-    Given,
-    /// Its beds are random draws of a recipe.
-    Drawn,
-    /// The same, and hulls keep the fines of neighbouring grains apart.
-    DrawnApart,
-}
-
-impl Origin {
-    /// Of tables whose recipe is not known: the geometry of a single one is taken as given.
-    pub fn of_tables(number: usize) -> Self {
-        if number > 1 { Self::Drawn } else { Self::Given }
-    }
-
-    /// Of beds of a recipe.
-    pub fn of(packing: &Packing) -> Self {
-        let dusted = packing.grains.iter().any(|class| !class.fines.is_none());
-        let hulls = packing.drop.collision == Collision::Hull;
-        if dusted && hulls { Self::DrawnApart } else { Self::Drawn }
-    }
 }
 
 /// Beds dropped as hulls reflect less by at most this share of their reflectance: measured on the
@@ -87,7 +63,7 @@ const FACETS: f64 = 0.02;
 pub struct Budget {
     /// The uncertainty of each band.
     pub bands: Vec<Share>,
-    /// Materials whose spectra come without an error.
+    /// Materials whose spectra have an error that is not, or not wholly, known.
     pub spectra_unknown: Vec<String>,
     /// Largest change of any band between a black and a white floor. `None` where there is no
     /// floor, or where something else is made of its material.
@@ -114,7 +90,7 @@ pub(crate) const COLUMNS: [(&str, &str); 11] = [
         "facets",
         "What more or fewer facets of grains may change; empty where the geometry is given.",
     ),
-    ("spectral_step", "What straight lines between bands miss."),
+    ("spectral_step", "What straight lines between bands, or between nodes, miss."),
     ("spectra_half_width_95", "Known errors of the facets' spectra."),
 ];
 
@@ -156,12 +132,14 @@ impl Chance {
 
 impl Budget {
     /// The budget of a signature.
-    pub fn new(packings: &[Table], bands: &[Band], origin: Origin) -> Result<Self, Error> {
+    pub fn new(packings: &[Table], bands: &[Band]) -> Result<Self, Error> {
         let table = &packings[0];
+        let origin = Table::origin_of(packings);
         let um: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
         let reflectances = table.reflectances(&um)?;
         let steps = steps(packings, &reflectances, &um)?;
-        let sources = sources(table);
+        // Where paths were traced by the spectra, their errors cannot be told apart.
+        let sources = if table.nodes.is_some() { Vec::new() } else { sources(table) };
         let cells = (origin != Origin::Given).then(|| cells::of_tables(packings)).flatten();
         let share = |((band, rho), step): ((&Band, &Vec<f64>), &f64)| -> Result<_, Error> {
             let e = band.emissivity;
@@ -188,7 +166,10 @@ impl Budget {
             Ok((share, by_floor.map_or(0.0, |[black, white]| black - white)))
         };
         let of_bands: Vec<_> = bands.iter().zip(&reflectances).zip(&steps).collect();
-        let unknown = |m: &&TableMaterial| !m.spectrum.has_error();
+        let unknown = |m: &&TableMaterial| {
+            let is_constant = matches!(m.spectrum, Spectrum::Constant(_));
+            !m.spectrum.has_error() || (table.nodes.is_some() && !is_constant)
+        };
         let (shares, by_floor): (Vec<Share>, Vec<f64>) =
             of_bands.into_par_iter().map(share).collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
         Ok(Self {
@@ -239,22 +220,27 @@ fn floor_changes(packings: &[Table], floor: usize, rho: &[f64], emissivity: f64)
 
 /// The emissivity after a change of the reflectance of some materials.
 fn with(packings: &[Table], rho: &[f64], materials: &[usize], change: impl Fn(f64) -> f64) -> f64 {
-    let cosines = usize::from(packings[0].histogram.kept.cosines);
+    let kept = packings[0].histogram.kept;
     let mut changed = rho.to_vec();
     for material in materials {
-        for rho in &mut changed[material * cosines..(material + 1) * cosines] {
+        for rho in &mut changed[kept.symbols_of(*material)] {
             *rho = change(*rho);
         }
     }
     signature::emissivity(packings, &changed).mean
 }
 
-/// The error of linear interpolation half-way to the next band, the larger of both sides.
+/// The error of linear interpolation half-way to the next band, the larger of both sides. Where paths
+/// were traced apart at nodes, that of straight lines between them.
 fn steps(packings: &[Table], reflectances: &[Vec<f64>], um: &[f64]) -> Result<Vec<f64>, Error> {
-    let middles: Vec<f64> = um.windows(2).map(|pair| f64::midpoint(pair[0], pair[1])).collect();
     let of = |reflectances: &[Vec<f64>]| -> Vec<f64> {
         reflectances.par_iter().map(|rho| signature::emissivity(packings, rho).mean).collect()
     };
+    if let Some(nodes) = &packings[0].nodes {
+        let at_nodes = of(&packings[0].reflectances(&nodes.wavelength_um)?);
+        return Ok(nodes.line_errors(&at_nodes, um));
+    }
+    let middles: Vec<f64> = um.windows(2).map(|pair| f64::midpoint(pair[0], pair[1])).collect();
     let (at_bands, between) = (of(reflectances), of(&packings[0].reflectances(&middles)?));
     let missed: Vec<f64> = at_bands
         .windows(2)
@@ -286,7 +272,7 @@ fn spectra(
 ) -> Result<f64, Error> {
     let mut squares = 0.0;
     for (spectrum, materials) in sources {
-        let error = spectrum.error(um)?.unwrap_or(0.0);
+        let error = spectrum.error(um)?;
         if error > 0.0 {
             let [more, less] = [error, -error]
                 .map(|by| with(packings, reflectance, materials, |rho| (rho + by).clamp(0.0, 1.0)));

@@ -4,7 +4,7 @@ use super::budget::{Budget, Share};
 use super::{Band, retrieve};
 use crate::histogram::Estimate;
 use crate::radiometry::{Assumed, Retrieved, Temperature};
-use crate::support::csv::{Csv, decimals};
+use crate::support::csv::{Csv, decimals, radiance};
 
 /// A band with all that its row is made of.
 struct Row<'a> {
@@ -144,7 +144,10 @@ pub fn csv_text(
     let mut csv = Csv::new(&headings);
     for (i, band) in bands.iter().enumerate() {
         let (um, valid) = (band.wavelength_um.to_string(), u8::from(band.valid).to_string());
-        let numbers = columns.iter().map(|(.., values)| decimals(values[i]));
+        let numbers = columns.iter().map(|(heading, _, values)| match values[i] {
+            l if heading.starts_with("l_") => radiance(l, band.l_blackbody),
+            number => decimals(number),
+        });
         csv.row([um].into_iter().chain(numbers).chain([valid]));
     }
     csv.text()

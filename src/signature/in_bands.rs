@@ -3,7 +3,7 @@
 //! Values are means weighted by the band's response. Wavelengths within a band err together, as in
 //! the windows of a result.
 
-use super::budget::{Budget, Origin};
+use super::budget::Budget;
 use super::window::{Total, weights_of_cells};
 use super::{curves, evaluate};
 use crate::radiometry::{brightness_temperature_k, planck, planck_derivative};
@@ -62,20 +62,20 @@ pub(crate) const COLUMNS: [(&str, &str); 10] = [
 ///
 /// # Errors
 /// Spectra, sky or atmosphere hold none of the bands.
-pub fn in_bands(packings: &[Table], sensor: &Sensor, origin: Origin) -> Result<Vec<InBand>, Error> {
+pub fn in_bands(packings: &[Table], sensor: &Sensor) -> Result<Vec<InBand>, Error> {
     let table = &packings[0];
     let holds = |response: &Response| table.lit(&response.span_um());
     let held: Vec<Result<_, Error>> =
         sensor.bands.iter().map(|band| holds(&band.response).map(|_| ())).collect();
     let responses = sensor.bands.iter().zip(&held).filter(|(_, held)| held.is_ok());
-    let responses: Vec<Band> =
-        responses.map(|(band, _)| Band::Over(band.response.clone())).collect();
+    let over = |band: &SensorBand| Band::Over(band.response.clone(), band.response.width_um());
+    let responses: Vec<Band> = responses.map(|(band, _)| over(band)).collect();
     let mut seen = if responses.is_empty() {
         // Why the first band is not held.
         held.into_iter().collect::<Result<Vec<()>, Error>>()?;
         return Ok(Vec::new());
     } else {
-        seen(packings, &Bands::new(&responses), origin)?.into_iter()
+        seen(packings, &Bands::new(&responses)?)?.into_iter()
     };
     let of_band = |(band, held): (&SensorBand, &Result<_, Error>)| InBand {
         sensor: sensor.name.clone(),
@@ -86,12 +86,12 @@ pub fn in_bands(packings: &[Table], sensor: &Sensor, origin: Origin) -> Result<V
     Ok(sensor.bands.iter().zip(&held).map(of_band).collect())
 }
 
-fn seen(packings: &[Table], bands: &Bands, origin: Origin) -> Result<Vec<Seen>, Error> {
+fn seen(packings: &[Table], bands: &Bands) -> Result<Vec<Seen>, Error> {
     let um = &bands.nodes_um;
     let nodes = evaluate(packings, um)?;
-    let budget = Budget::new(packings, &nodes, origin)?;
+    let budget = Budget::new(packings, &nodes)?;
     let curves = curves(packings, um)?;
-    let cells = weights_of_cells(packings, &packings[0].reflectances(um)?, origin);
+    let cells = weights_of_cells(packings, &packings[0].reflectances(um)?);
     // Only of one temperature and under an isotropic sky the error of the emissivity tells that of
     // the radiance.
     let is_linear = packings[0].eq_2_not_exact().is_empty();

@@ -3,7 +3,6 @@
 pub mod budget;
 mod cells;
 pub(crate) mod csv;
-pub mod depth;
 pub mod in_bands;
 #[cfg(feature = "netcdf")]
 pub mod netcdf;

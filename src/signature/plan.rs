@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use crate::histogram::estimate::MOST;
 use crate::signature::Band;
 use crate::signature::budget::{Budget, Share};
-use crate::signature::depth::Depth;
 use crate::support::statistics::quantile_95;
 
 /// Packings of a pilot. Their spread tells how many the tolerance takes.
@@ -28,12 +27,12 @@ const LARGER_PILOT: usize = 24;
 /// trace (docs: performance). Fixed, so that a plan does not depend on the machine.
 const COST: f64 = 2.5;
 
-/// The number of packings that a tolerance takes, by a pilot.
+/// The number of packings that a tolerance takes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Plan {
-    /// Packings of the pilot. They are part of the result.
+    /// Packings that told it. They are part of the result.
     pub pilot: usize,
     /// Standard deviation between them, in the band that takes the most packings.
     pub spread: f64,
@@ -47,36 +46,24 @@ pub struct Plan {
     pub wanted: usize,
     /// Packings that are dropped: at most [`MOST`].
     pub packings: usize,
-    /// Fewer grains than the recipe has, where they make the tolerance cheaper.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub depth: Option<Depth>,
 }
 
 impl Plan {
-    /// A plan from a pilot of this many packings and its budget. It is preliminary where fines have
-    /// to touch: packings that touch have a pilot of their own.
+    /// A plan from this many packings and their budget. It is preliminary where fines have to
+    /// touch: packings that touch have a pilot of their own.
     ///
     /// Stein's two stages (Ann. Math. Statist. 16, 243 (1945)): with the quantile of the pilot's
     /// own degrees of freedom the mean is within the tolerance at 95 %, however its spread came
-    /// out. The interval of the result uses the spread of all packings and may be wider or
-    /// narrower.
-    ///
-    /// `left_out` is the change by grains that were left out. A black and a white floor below the
-    /// rest usually change more; then their share includes it.
-    pub fn new(
-        pilot: usize,
-        bands: &[Band],
-        budget: &Budget,
-        tolerance: f64,
-        left_out: f64,
-    ) -> Self {
+    /// out. All packings then make a plan anew: the result ends when their own interval is within
+    /// the tolerance.
+    pub fn new(pilot: usize, bands: &[Band], budget: &Budget, tolerance: f64) -> Self {
         let takes = |apart: &dyn Fn(&Share) -> f64| {
             let most = bands
                 .iter()
                 .zip(&budget.bands)
                 .map(|(band, share)| {
-                    let below = share.floor.max(left_out);
-                    let room = (tolerance - below - share.given_up - apart(share)).max(0.0);
+                    let bounds = share.floor + share.given_up + apart(share);
+                    let room = (tolerance - bounds).max(0.0);
                     let spread = band.emissivity.spread.unwrap_or(0.0);
                     let packings = (quantile_95(pilot) * spread / room).powi(2);
                     // No spread and no room.
@@ -101,23 +88,12 @@ impl Plan {
             touching: touches,
             wanted,
             packings: wanted.min(MOST),
-            depth: None,
         }
     }
 
     /// Packings of the larger pilot, if one is needed before all are dropped.
     pub fn larger_pilot(&self) -> Option<usize> {
         (self.pilot == PILOT && self.wanted > 2 * PILOT).then(|| self.wanted.min(LARGER_PILOT))
-    }
-
-    /// Packings still to be dropped. A pilot of hulls does not count where fines touch.
-    pub fn to_be_dropped(&self) -> usize {
-        self.packings - if self.touching { 0 } else { self.pilot }
-    }
-
-    /// Whether as many packings are dropped as the tolerance takes.
-    pub fn is_whole(&self) -> bool {
-        self.packings >= self.wanted
     }
 }
 
@@ -135,7 +111,7 @@ mod tests {
         let bands = [Band { emissivity: Estimate::of(packings), ..Band::default() }];
         let share = Share { apart, ..Share::default() };
         let budget = Budget { bands: vec![share], spectra_unknown: Vec::new(), floor_effect: None };
-        Plan::new(packings.len(), &bands, &budget, tolerance, 0.0)
+        Plan::new(packings.len(), &bands, &budget, tolerance)
     }
 
     /// Pilots and results of normally distributed packings.
@@ -161,8 +137,13 @@ mod tests {
                 planned = plan(&packings, None, 0.002);
             }
             assert_eq!(planned.larger_pilot(), None);
-            drop(&mut packings, planned.packings);
-            held += u32::from(Estimate::of(&packings).mean.abs() <= 0.002);
+            while planned.packings > packings.len() {
+                drop(&mut packings, planned.packings);
+                planned = plan(&packings, None, 0.002);
+            }
+            let estimate = Estimate::of(&packings);
+            assert!(estimate.half_width <= 0.002);
+            held += u32::from(estimate.mean.abs() <= 0.002);
         }
         let share = f64::from(held) / f64::from(runs);
         // The 95 % interval of 4000 trials is +-0.7 %. A small spread of the first pilot may spare

@@ -9,11 +9,13 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Band;
-use super::budget::{Budget, Chance, Origin, Share};
+use super::budget::{Budget, Chance, Share};
 use super::cells::{self, Cells, OfCells};
 use crate::histogram::{Estimate, Histogram, Mean};
+use crate::scene::Origin;
 use crate::spectrum::features::{RESTSTRAHLEN_WINDOW_UM, TRANSPARENCY_WINDOW_UM, window_mean};
 use crate::support::error::Error;
+use crate::support::math;
 use crate::support::statistics::{T_95, quantile_95};
 use crate::table::Table;
 
@@ -47,16 +49,11 @@ pub struct Window {
 
 impl Window {
     /// The windows of 8 to 9.5 um and 10 to 12 um that the bands cover, else one over all bands.
-    pub fn all(
-        packings: &[Table],
-        bands: &[Band],
-        budget: &Budget,
-        origin: Origin,
-    ) -> Result<Vec<Self>, Error> {
+    pub fn all(packings: &[Table], bands: &[Band], budget: &Budget) -> Result<Vec<Self>, Error> {
         let um: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
         let rho = packings[0].reflectances(&um)?;
         let curves = super::curves(packings, &um)?;
-        let cells = weights_of_cells(packings, &rho, origin);
+        let cells = weights_of_cells(packings, &rho);
         let whole = um[0]..=um[um.len() - 1];
         let of = |window| Self::over(window, &um, &curves, cells.as_deref(), &budget.bands);
         let found: Vec<Self> =
@@ -104,17 +101,15 @@ impl Window {
 
     /// The half-width with other half-widths of packings and rays, and the same bounds.
     pub fn with(&self, packings: f64, rays: f64) -> f64 {
-        packings.hypot(rays) + self.rim.unwrap_or(0.0) + self.floor + self.given_up
+        math::hypot(packings, rays) + self.rim.unwrap_or(0.0) + self.floor + self.given_up
     }
 }
 
 /// The weight of each cell of each bed in each band; `None` where cells do not tell how beds differ.
-pub(super) fn weights_of_cells(
-    packings: &[Table],
-    rho: &[Vec<f64>],
-    origin: Origin,
-) -> Option<Vec<Vec<Cells>>> {
-    let beds = (origin != Origin::Given).then(|| cells::of_tables(packings)).flatten()?;
+pub(super) fn weights_of_cells(packings: &[Table], rho: &[Vec<f64>]) -> Option<Vec<Vec<Cells>>> {
+    let beds = (Table::origin_of(packings) != Origin::Given)
+        .then(|| cells::of_tables(packings))
+        .flatten()?;
     let of_bed = |cells: &&Histogram| rho.iter().map(|rho| cells.weight_of_groups(rho)).collect();
     Some(beds.par_iter().map(of_bed).collect())
 }

@@ -20,6 +20,14 @@ pub enum SpectrumError {
         /// Where it says so.
         said: String,
     },
+    /// The file holds absorbance, -log10 of a transmittance or of a reflectance.
+    #[error("{}: this is an absorbance spectrum ({said:?})", path.display())]
+    Absorbance {
+        /// The file.
+        path: PathBuf,
+        /// Where it says so.
+        said: String,
+    },
     /// The file holds several spectra where one is needed.
     #[error("{} holds {} spectra, but one is needed", path.display(), names.len())]
     Several {
@@ -83,6 +91,11 @@ impl Failure for SpectrumError {
             Self::Unknown { known, .. } => format!("the names are {}", known.join(", ")),
             Self::Transmission { .. } => {
                 "use the reflectance or the emissivity of the same sample".into()
+            }
+            Self::Absorbance { .. } => {
+                "use the reflectance or the emissivity of the same sample; absorbance A that was \
+                 measured in reflection is a reflectance of 10^-A"
+                    .into()
             }
             Self::Several { names, .. } => {
                 let shown = names.iter().take(8).map(String::as_str).collect::<Vec<_>>().join(", ");

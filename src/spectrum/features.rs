@@ -95,7 +95,8 @@ pub fn features(wavelength_um: &[f64], emissivity: &[f64]) -> Features {
     }
 }
 
-/// The mean of a curve over a window, um; `None` where the curve does not cover it with three samples.
+/// The mean of a curve over a window, um; `None` where the curve does not cover it with three
+/// samples.
 pub fn window_mean(um: &[f64], values: &[f64], window_um: &RangeInclusive<f64>) -> Option<f64> {
     Curve { wavelength_um: um, emissivity: values }.mean(window_um)
 }

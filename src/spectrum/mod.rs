@@ -4,6 +4,7 @@ pub(crate) mod bands;
 mod error;
 pub mod features;
 pub mod format;
+mod mix;
 mod mode;
 pub mod optics;
 mod pure_bed;
@@ -17,10 +18,11 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::spectrum::optics::{PowderForm, UniaxialCrystal};
+use crate::spectrum::optics::{Crystal, PowderForm};
 use crate::support::linear::{OutOfRange, interpolate};
 
 pub use error::SpectrumError;
+pub use mix::Mix;
 pub use mode::{FacetSource, Mode};
 pub use pure_bed::PureBed;
 pub use shipped::{all, crystal};
@@ -43,11 +45,16 @@ pub enum Spectrum {
     Builtin(String, Box<PowderForm>),
     /// Points with straight lines between them.
     Tabulated(Tabulated),
-    /// Specular facets by shipped optical constants, with their name. Their reflectance depends on
-    /// the angle of incidence.
-    Fresnel(String, Arc<UniaxialCrystal>),
+    /// Specular facets by optical constants, with their name. Their reflectance depends on the angle
+    /// of incidence.
+    Fresnel(String, Arc<Crystal>),
+    /// Facets through which light passes, by optical constants, with their name. What is said of them
+    /// without a bed is their reflectance from outside.
+    Refractive(String, Arc<Crystal>),
     /// The facets of a powder: a bed of them alone has the emissivity of the powder's spectrum.
     Inverted(Box<Spectrum>, PureBed),
+    /// Patches of several kinds on each facet.
+    Mix(Mix),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -57,8 +64,18 @@ enum Stored {
     Builtin(String),
     Tabulated(Tabulated),
     Fresnel(String),
-    Crystal(Box<UniaxialCrystal>),
+    Crystal(Box<Crystal>),
+    Refractive(String),
+    RefractiveCrystal(Box<Crystal>),
     Inverted { powder: Box<Stored>, pure_bed: PureBed },
+    Mix(Vec<StoredComponent>),
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredComponent {
+    share: f64,
+    spectrum: Stored,
 }
 
 impl From<Spectrum> for Stored {
@@ -71,8 +88,17 @@ impl From<Spectrum> for Stored {
                 Ok(shipped) if *shipped == *of => Self::Fresnel(name),
                 _ => Self::Crystal(Box::new(Arc::unwrap_or_clone(of))),
             },
+            Spectrum::Refractive(name, of) => match crystal(&name) {
+                Ok(shipped) if *shipped == *of => Self::Refractive(name),
+                _ => Self::RefractiveCrystal(Box::new(Arc::unwrap_or_clone(of))),
+            },
             Spectrum::Inverted(powder, pure_bed) => {
                 Self::Inverted { powder: Box::new((*powder).into()), pure_bed }
+            }
+            Spectrum::Mix(mix) => {
+                let stored =
+                    |(share, of): (f64, Spectrum)| StoredComponent { share, spectrum: of.into() };
+                Self::Mix(mix.into_components().into_iter().map(stored).collect())
             }
         }
     }
@@ -87,8 +113,15 @@ impl TryFrom<Stored> for Spectrum {
             Stored::Tabulated(points) => Self::Tabulated(points),
             Stored::Fresnel(name) => Self::fresnel(&name)?,
             Stored::Crystal(crystal) => Self::of_crystal(*crystal),
+            Stored::Refractive(name) => Self::refractive(&name)?,
+            Stored::RefractiveCrystal(crystal) => Self::into_crystal(*crystal),
             Stored::Inverted { powder, pure_bed } => {
                 Self::Inverted(Box::new((*powder).try_into()?), pure_bed)
+            }
+            Stored::Mix(components) => {
+                let read = |of: StoredComponent| Ok((of.share, of.spectrum.try_into()?));
+                let components = components.into_iter().map(read);
+                Self::Mix(Mix::new(components.collect::<Result<_, SpectrumError>>()?))
             }
         })
     }
@@ -116,7 +149,11 @@ impl fmt::Display for Spectrum {
             Self::Fresnel(name, crystal) => {
                 write!(f, "{name}, {}, Fresnel facets", crystal.title)
             }
+            Self::Refractive(name, crystal) => {
+                write!(f, "{name}, {}, refractive facets", crystal.title)
+            }
             Self::Inverted(powder, _) => write!(f, "inverted: {powder}"),
+            Self::Mix(mix) => write!(f, "by area {}", mix.name()),
         }
     }
 }
@@ -128,8 +165,23 @@ impl Spectrum {
     }
 
     /// Facets that reflect specularly by the optical constants of any crystal.
-    pub fn of_crystal(crystal: UniaxialCrystal) -> Self {
+    pub fn of_crystal(crystal: Crystal) -> Self {
         Self::Fresnel(crystal.title.clone(), Arc::new(crystal))
+    }
+
+    /// Facets that let light through, by shipped optical constants.
+    pub fn refractive(constants: &str) -> Result<Self, SpectrumError> {
+        Ok(Self::Refractive(constants.to_owned(), Arc::new(crystal(constants)?.clone())))
+    }
+
+    /// Facets that let light through, by the optical constants of any crystal.
+    pub fn into_crystal(crystal: Crystal) -> Self {
+        Self::Refractive(crystal.title.clone(), Arc::new(crystal))
+    }
+
+    /// Whether light passes through the facets.
+    pub fn is_refractive(&self) -> bool {
+        matches!(self, Self::Refractive(..))
     }
 
     /// A shipped spectrum by name.
@@ -149,6 +201,7 @@ impl Spectrum {
                 points.file
             )),
             Self::Inverted(powder, pure_bed) => powder.problem().or_else(|| pure_bed.problem()),
+            Self::Mix(mix) => mix.problem(),
             _ => None,
         }
     }
@@ -159,15 +212,16 @@ impl Spectrum {
             Self::Constant(_) => None,
             Self::Builtin(_, form) => Some(form.parameters.range_um),
             Self::Tabulated(points) => Some(points.range_um()),
-            Self::Fresnel(_, crystal) => Some(crystal.range_um),
+            Self::Fresnel(_, crystal) | Self::Refractive(_, crystal) => Some(crystal.range_um),
             Self::Inverted(powder, _) => powder.range_um(),
+            Self::Mix(mix) => mix.range_um(),
         }
     }
 
     /// Whether the reflectance depends on the angle of incidence. Such facets are specular and
     /// others Lambertian, unless the scene says otherwise.
     pub fn is_angular(&self) -> bool {
-        matches!(self, Self::Fresnel(..))
+        matches!(self, Self::Fresnel(..) | Self::Refractive(..))
     }
 
     /// Emissivity at a wavelength in um, 0 to 1. If it depends on the angle, this is the
@@ -183,7 +237,7 @@ impl Spectrum {
             Self::Tabulated(points) => {
                 interpolate(&points.wavelength_um, &points.emissivity, wavelength_um)
             }
-            Self::Fresnel(_, crystal) => {
+            Self::Fresnel(_, crystal) | Self::Refractive(_, crystal) => {
                 kirchhoff(crystal.hemispherical_reflectance(wavelength_um))
             }
             Self::Inverted(powder, pure_bed) => {
@@ -195,6 +249,8 @@ impl Spectrum {
                 })?;
                 kirchhoff(reflectance)
             }
+            // Shares that were rounded may add up to a little more than 1.
+            Self::Mix(mix) => mix.mean(|spectrum| spectrum.emissivity(wavelength_um))?.min(1.0),
         })
     }
 
@@ -206,7 +262,7 @@ impl Spectrum {
     /// As for [`Self::emissivity`].
     pub fn reflectance_at(&self, wavelength_um: f64, cosine: f64) -> Result<f64, SpectrumError> {
         match self {
-            Self::Fresnel(_, crystal) => {
+            Self::Fresnel(_, crystal) | Self::Refractive(_, crystal) => {
                 self.within_range(wavelength_um)?;
                 Ok(crystal.reflectance(wavelength_um, cosine))
             }
@@ -219,6 +275,9 @@ impl Spectrum {
         let of = match self {
             Self::Tabulated(points) => &points.file,
             Self::Inverted(powder, _) => return powder.covers(needed_um),
+            Self::Mix(mix) => {
+                return mix.components().iter().try_for_each(|(_, of)| of.covers(needed_um));
+            }
             _ => self.name(),
         };
         let of = || format!("the spectrum of {of}");
@@ -230,6 +289,9 @@ impl Spectrum {
         self.covers([wavelength_um; 2])?;
         match self {
             Self::Inverted(powder, _) => powder.within_range(wavelength_um),
+            Self::Mix(mix) => {
+                mix.components().iter().try_for_each(|(_, of)| of.within_range(wavelength_um))
+            }
             Self::Tabulated(points) => points.gap_um(wavelength_um).map_or(Ok(()), |gap_um| {
                 let of = points.file.clone();
                 Err(SpectrumError::Gap { of, needed_um: wavelength_um, gap_um })
@@ -242,18 +304,20 @@ impl Spectrum {
     pub fn name(&self) -> &str {
         match self {
             Self::Constant(_) => "constant",
-            Self::Builtin(name, _) | Self::Fresnel(name, _) => name,
+            Self::Builtin(name, _) | Self::Fresnel(name, _) | Self::Refractive(name, _) => name,
             Self::Tabulated(points) => points.name.as_deref().unwrap_or(&points.file),
             Self::Inverted(powder, _) => powder.name(),
+            Self::Mix(mix) => mix.name(),
         }
     }
 
     /// Warnings about its values.
-    pub fn warnings(&self) -> &[Warning] {
+    pub fn warnings(&self) -> Vec<&Warning> {
         match self {
-            Self::Tabulated(points) => &points.warnings,
+            Self::Tabulated(points) => points.warnings.iter().collect(),
             Self::Inverted(powder, _) => powder.warnings(),
-            _ => &[],
+            Self::Mix(mix) => mix.warnings(),
+            _ => Vec::new(),
         }
     }
 }
@@ -329,7 +393,7 @@ mod tests {
             Spectrum::builtin("quartz_coarse").expect("shipped"),
             Spectrum::Tabulated(tabulated),
             Spectrum::fresnel("quartz").expect("shipped"),
-            Spectrum::of_crystal(UniaxialCrystal {
+            Spectrum::of_crystal(Crystal {
                 title: "half".into(),
                 ..crystal("quartz_zeidler").expect("shipped").clone()
             }),

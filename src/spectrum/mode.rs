@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Spectrum, SpectrumError, kirchhoff};
 
+use crate::support::math;
+
 /// Where the reflectance of facets comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -17,8 +19,12 @@ pub enum Mode {
     Inverted,
     /// Optical constants, evaluated at the angle of each hit.
     Fresnel,
+    /// Optical constants, by paths through the grains.
+    Refractive,
     /// One number.
     Constant,
+    /// Several spectra, mixed by area.
+    Mix,
 }
 
 impl fmt::Display for Mode {
@@ -49,35 +55,40 @@ impl Spectrum {
             Self::Builtin(..) | Self::Tabulated(_) => Mode::Library,
             Self::Inverted(..) => Mode::Inverted,
             Self::Fresnel(..) => Mode::Fresnel,
+            Self::Refractive(..) => Mode::Refractive,
             Self::Constant(_) => Mode::Constant,
+            Self::Mix(_) => Mode::Mix,
         }
     }
 
-    /// Standard error of a facet's emissivity at a wavelength in um; `None` if it is unknown. For a
-    /// fit it is the root mean square error. For inverted facets it combines those of the powder
-    /// and of the pure bed.
-    pub fn error(&self, um: f64) -> Result<Option<f64>, SpectrumError> {
+    /// Standard error of a facet's emissivity at a wavelength in um, as far as it is
+    /// [known](Self::has_error): 0 where nothing is. For a fit it is the root mean square error.
+    /// For inverted facets it combines those of the powder and of the pure bed. Those of a mix add
+    /// up, as if they were fully correlated.
+    pub fn error(&self, um: f64) -> Result<f64, SpectrumError> {
         Ok(match self {
-            Self::Constant(_) => Some(0.0),
-            Self::Builtin(_, form) => Some(form.parameters.rms),
-            Self::Tabulated(_) | Self::Fresnel(..) => None,
+            Self::Builtin(_, form) => form.parameters.rms,
+            Self::Constant(_) | Self::Tabulated(_) | Self::Fresnel(..) | Self::Refractive(..) => {
+                0.0
+            }
             Self::Inverted(powder, bed) => {
                 let reflectance = kirchhoff(powder.emissivity(um)?);
                 let facet = |rho: f64| bed.facet(rho.clamp(0.0, 1.0)).unwrap_or(1.0);
-                powder.error(um)?.map(|error| {
-                    let error = error.hypot(bed.standard_error);
-                    (facet(reflectance + error) - facet(reflectance - error)) / 2.0
-                })
+                let error = math::hypot(powder.error(um)?, bed.standard_error);
+                (facet(reflectance + error) - facet(reflectance - error)) / 2.0
             }
+            Self::Mix(mix) => mix.mean(|of| of.error(um))?,
         })
     }
 
-    /// Whether its standard error is known.
+    /// Whether all of its standard error is known. A file states none; a pure bed's is known even
+    /// where that of its powder is not.
     pub fn has_error(&self) -> bool {
         match self {
             Self::Constant(_) | Self::Builtin(..) => true,
-            Self::Tabulated(_) | Self::Fresnel(..) => false,
+            Self::Tabulated(_) | Self::Fresnel(..) | Self::Refractive(..) => false,
             Self::Inverted(powder, _) => powder.has_error(),
+            Self::Mix(mix) => mix.components().iter().all(|(_, of)| of.has_error()),
         }
     }
 
@@ -99,7 +110,20 @@ impl Spectrum {
             Self::Fresnel(..) => "specular facets by optical constants, without a fit; for opaque \
                                   grains"
                 .into(),
+            Self::Refractive(..) => {
+                "light passes through the grains, by optical constants without a \
+                                     fit; for grains that are large against the wavelength, or \
+                                     that let light through"
+                    .into()
+            }
             Self::Constant(_) => "the same at every wavelength".into(),
+            Self::Mix(mix) => {
+                let means = |(share, of): &(f64, Self)| {
+                    format!("{share} {}: {}", of.name(), of.facets().means)
+                };
+                let of = mix.components().iter().map(means).collect::<Vec<_>>().join("; ");
+                format!("patches side by side on each facet, small against it; {of}")
+            }
         };
         FacetSource {
             mode: self.mode(),

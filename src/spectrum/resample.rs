@@ -1,11 +1,16 @@
 //! Spectra at other wavelengths: by point, or as the bands of a sensor see them.
 
+use std::f64::consts::LN_2;
 use std::path::Path;
 
 use super::format::{Reading, read_one};
 use super::{Quantity, Spectrum, SpectrumError};
 use crate::support::file_error::FileError;
 use crate::support::linear::{ends, interpolate};
+use crate::support::math;
+
+/// Wavelengths that a response may have, um.
+const REACH_UM: [f64; 2] = [0.01, 1e4];
 
 /// The response of a band: straight lines between points, 0 outside them.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,12 +38,12 @@ impl Response {
     /// A Gaussian response, cut where it falls to 1e-4 of its maximum; `fwhm_um` is its full width
     /// at half maximum, above 0.
     pub fn gaussian(centre_um: f64, fwhm_um: f64) -> Self {
-        let half_um = fwhm_um / 2.0 * (1e4_f64.ln() / 2_f64.ln()).sqrt();
+        let half_um = fwhm_um / 2.0 * (math::log(1e4) / LN_2).sqrt();
         let (wavelength_um, weight) = (-60..=60)
             .map(|i| {
                 let from_centre_um = half_um * f64::from(i) / 60.0;
                 let halves = 2.0 * from_centre_um / fwhm_um;
-                (centre_um + from_centre_um, (-2_f64.ln() * halves * halves).exp())
+                (centre_um + from_centre_um, math::exp(-LN_2 * halves * halves))
             })
             .unzip();
         Self { wavelength_um, weight }
@@ -68,7 +73,31 @@ impl Response {
                 .with_hint("use a response with a maximum of 1")
                 .into());
         }
+        let [from, to] = points.range_um();
+        if from < REACH_UM[0] || to > REACH_UM[1] {
+            let [least, most] = REACH_UM;
+            let problem =
+                format!("the response reaches from {from} to {to} um, beyond {least} to {most} um");
+            return Err(FileError::wrong(path, problem)
+                .with_hint("use wavelengths in um, or name their unit in the heading")
+                .into());
+        }
         Ok(Self { wavelength_um: points.wavelength_um, weight: points.emissivity })
+    }
+
+    /// Full width at half maximum, um: between the first and the last wavelength of that response.
+    pub fn width_um(&self) -> f64 {
+        let half = self.weight.iter().copied().fold(0.0, f64::max) / 2.0;
+        let points = || self.wavelength_um.iter().copied().zip(self.weight.iter().copied());
+        let crossing =
+            |(x0, y0): (f64, f64), (x1, y1): (f64, f64)| x0 + (x1 - x0) * (half - y0) / (y1 - y0);
+        let all: Vec<(f64, f64)> = points().collect();
+        let Some(first) = all.iter().position(|(_, y)| *y >= half) else { return 0.0 };
+        let last = all.iter().rposition(|(_, y)| *y >= half).unwrap_or(first);
+        let from = if first == 0 { all[0].0 } else { crossing(all[first - 1], all[first]) };
+        let to =
+            if last + 1 == all.len() { all[last].0 } else { crossing(all[last + 1], all[last]) };
+        to - from
     }
 
     /// Centroid, um.
@@ -86,6 +115,9 @@ impl Response {
         spectrum.covers(span)?;
         let steps: Vec<f64> = if let Spectrum::Tabulated(points) = spectrum {
             points.wavelength_um.clone()
+        } else if spectrum.range_um().is_none() {
+            // It is the same at every wavelength.
+            Vec::new()
         } else {
             // The curves are smooth on a scale of 10 nm.
             let steps = ((span[1] - span[0]) / 1e-3) as u32;

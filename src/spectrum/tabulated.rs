@@ -7,7 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{SpectrumError, kirchhoff};
 use crate::support::file_error::FileError;
-use crate::support::linear::ends;
+use crate::support::linear::{OutOfRange, ends, interpolate, rounded_within, span};
+
+/// Wavelengths that spectra are likely to have, um.
+pub(super) const LIKELY_UM: [f64; 2] = [0.1, 1000.0];
 
 /// A spectrum as points, with straight lines between them.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -42,6 +45,10 @@ pub enum Warning {
     AngularWeights,
     /// The step is 100 cm-1, as in DIRSIG's old files.
     Coarse,
+    /// Wavelengths are outside 0.1 to 1000 um: perhaps the unit is another.
+    UnlikelyWavelengths(String),
+    /// It is the mean of so many curves.
+    MeanOf(usize),
 }
 
 impl Warning {
@@ -52,6 +59,8 @@ impl Warning {
             Self::GeometryNotStated => "perhaps not hemispherical",
             Self::AngularWeights => "weights by angle not used",
             Self::Coarse => "too coarse for quartz",
+            Self::UnlikelyWavelengths(_) => "unlikely wavelengths",
+            Self::MeanOf(_) => "mean of several curves",
         }
     }
 }
@@ -76,6 +85,16 @@ impl fmt::Display for Warning {
                 "the points are 100 cm-1 apart (0.8 um at 9 um): too coarse for the bands of quartz, \
                  0.1 um wide",
             ),
+            Self::UnlikelyWavelengths(range) => write!(
+                f,
+                "the wavelengths are {range} um: if the unit is another, write it into the \
+                 heading or give `soilsig spectra convert` the option --unit"
+            ),
+            Self::MeanOf(curves) => write!(
+                f,
+                "the file holds {curves} curves: their mean is used; `soilsig spectra convert FILE \
+                 --name NUMBER --out FILE.csv` writes one of them"
+            ),
         }
     }
 }
@@ -86,6 +105,8 @@ impl fmt::Display for Warning {
 pub enum Quantity {
     /// Emissivity, 0 to 1.
     Emissivity,
+    /// The same in percent.
+    EmissivityPercent,
     /// Hemispherical reflectance of an opaque sample, 0 to 1.
     Reflectance,
     /// The same in percent.
@@ -93,22 +114,20 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// The quantity that a heading or label names, if it names one.
-    pub(super) fn named(text: &str) -> Option<Self> {
-        let text = text.to_lowercase();
-        let is_percent = text.contains("percent") || text.contains('%');
-        if text.contains("emiss") {
-            Some(Self::Emissivity)
-        } else if text.contains("reflect") {
-            Some(if is_percent { Self::ReflectancePercent } else { Self::Reflectance })
-        } else {
-            None
-        }
+    /// Whether it is in percent.
+    pub(super) fn is_percent(self) -> bool {
+        matches!(self, Self::EmissivityPercent | Self::ReflectancePercent)
+    }
+
+    /// Whether it is reflectance.
+    pub(super) fn is_reflectance(self) -> bool {
+        matches!(self, Self::Reflectance | Self::ReflectancePercent)
     }
 
     fn emissivity(self, value: f64) -> f64 {
         match self {
             Self::Emissivity => value,
+            Self::EmissivityPercent => value / 100.0,
             Self::Reflectance => kirchhoff(value),
             Self::ReflectancePercent => kirchhoff(value / 100.0),
         }
@@ -151,7 +170,12 @@ impl Tabulated {
             return Err(wrong(row.line, format!("{} is not a valid wavelength in um", row.um)));
         }
         rows.sort_by(|a, b| a.um.total_cmp(&b.um));
-        if let Some([from, to]) = range_um {
+        let held_um = rows.first().zip(rows.last()).map(|(first, last)| [first.um, last.um]);
+        if let Some(([from, to], held_um)) = range_um.zip(held_um) {
+            if to < held_um[0] || from > held_um[1] {
+                let of = format!("the spectrum of {}", path.display());
+                return Err(OutOfRange { of, needed_um: [from, to], held_um }.into());
+            }
             // With the neighbours of its ends, for interpolation there.
             let first = rows.partition_point(|row| row.um <= from).saturating_sub(1);
             let end = rows.len().min(rows.partition_point(|row| row.um < to) + 1);
@@ -170,10 +194,11 @@ impl Tabulated {
                 is_after_deleted = true;
                 continue;
             };
-            let emissivity = quantity.emissivity(value);
+            let emissivity = rounded_within(quantity.emissivity(value), [0.0, 1.0]);
             if !(0.0..=1.0).contains(&emissivity) {
                 let (what, bounds) = match quantity {
                     Quantity::Emissivity => ("an emissivity", "0 to 1"),
+                    Quantity::EmissivityPercent => ("an emissivity", "0 to 100 percent"),
                     Quantity::Reflectance => ("a reflectance", "0 to 1"),
                     Quantity::ReflectancePercent => ("a reflectance", "0 to 100 percent"),
                 };
@@ -189,7 +214,38 @@ impl Tabulated {
         if spectrum.wavelength_um.len() < 2 {
             return Err(FileError::wrong(path, "a spectrum needs at least two points").into());
         }
+        if let Some(held_um) =
+            held_um.filter(|[from, to]| *to < LIKELY_UM[0] || *from > LIKELY_UM[1])
+        {
+            spectrum.warnings.push(Warning::UnlikelyWavelengths(span(held_um)));
+        }
         Ok(spectrum)
+    }
+
+    /// The mean of several curves of a file, where all hold values.
+    pub(super) fn mean(curves: &[Self]) -> Result<Self, SpectrumError> {
+        let held = curves.iter().map(Self::range_um);
+        let [from, to] = held.fold([0.0, f64::INFINITY], |[from, to], held| {
+            [f64::max(from, held[0]), f64::min(to, held[1])]
+        });
+        let mut wavelength_um: Vec<f64> =
+            curves.iter().flat_map(|curve| &curve.wavelength_um).copied().collect();
+        wavelength_um.retain(|um| (from..=to).contains(um));
+        wavelength_um.sort_by(f64::total_cmp);
+        wavelength_um.dedup();
+        let first = curves.first().cloned().unwrap_or_default();
+        if wavelength_um.len() < 2 {
+            let problem = "its curves have no two wavelengths in common";
+            return Err(FileError::wrong(Path::new(&first.file), problem).into());
+        }
+        let at = |um: f64| {
+            let values = curves.iter().map(|c| interpolate(&c.wavelength_um, &c.emissivity, um));
+            (values.sum::<f64>() / curves.len() as f64).min(1.0)
+        };
+        let emissivity = wavelength_um.iter().map(|&um| at(um)).collect();
+        let gaps_um = curves.iter().flat_map(|curve| &curve.gaps_um).copied().collect();
+        let warnings = [first.warnings, vec![Warning::MeanOf(curves.len())]].concat();
+        Ok(Self { file: first.file, name: None, wavelength_um, emissivity, gaps_um, warnings })
     }
 
     /// An estimate of the largest error of straight lines between the points within a range (um),

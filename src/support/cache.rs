@@ -1,22 +1,53 @@
 //! A cache of stages' results, by the content of their inputs.
 
 use std::collections::BTreeMap;
+use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use crate::support::error::{Error, Failure, Status};
 use crate::support::output::{self, OutputError};
+use crate::support::scratch::Scratch;
+use crate::support::trust;
 
 /// The cache cannot be used.
 #[derive(Debug, thiserror::Error)]
-#[error("the cache: {0}")]
-pub struct CacheError(pub OutputError);
+pub enum CacheError {
+    /// A file of it cannot be read or written.
+    #[error("the cache: {0}")]
+    Output(#[from] OutputError),
+    /// Others may have put files into it.
+    #[error("the cache {} is not used: {doubt}", folder.display())]
+    Doubted {
+        /// Its folder.
+        folder: PathBuf,
+        /// What others may do.
+        doubt: String,
+    },
+}
 
 impl Failure for CacheError {
     fn hint(&self) -> Option<String> {
-        Some("name another folder in SOILSIG_CACHE, or use --no-cache".into())
+        Some(match self {
+            Self::Output(OutputError { source, .. })
+                if matches!(
+                    source.kind(),
+                    std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded
+                ) =>
+            {
+                "its disk is full: free some space, name another folder in SOILSIG_CACHE, or use \
+                 --no-cache"
+            }
+            Self::Output(_) => "name another folder in SOILSIG_CACHE, or use --no-cache",
+            Self::Doubted { .. } => {
+                "take the right to write from others (chmod go-w), name another folder in \
+                 SOILSIG_CACHE, or use --no-cache"
+            }
+        }
+        .into())
     }
 
     fn status(&self) -> Status {
@@ -25,35 +56,55 @@ impl Failure for CacheError {
 }
 
 /// A folder with one subfolder per result.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Cache {
     root: PathBuf,
     /// Where known Blenders are noted.
     blenders: PathBuf,
+    /// The folder of a user without a home, which goes with this value.
+    _of_run: Option<Arc<Scratch>>,
+    /// Whether others might write to it: not to a folder that this run made.
+    is_to_be_checked: bool,
 }
 
 impl Cache {
-    /// The user's cache: `$SOILSIG_CACHE`, else `$XDG_CACHE_HOME/soilsig`, else `~/.cache/soilsig`,
-    /// else a folder below the system's temporary one.
+    /// The user's cache: `$SOILSIG_CACHE`, else `$XDG_CACHE_HOME/soilsig`, else `~/.cache/soilsig`.
+    /// Relative paths in the last two are ignored. Without any of them it lasts as long as the run.
     pub fn of_user() -> Self {
         let var =
             |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+        let absolute = |name| var(name).filter(|folder| folder.is_absolute());
         let root = var("SOILSIG_CACHE")
-            .or_else(|| var("XDG_CACHE_HOME").map(|folder| folder.join("soilsig")))
-            .or_else(|| var("HOME").map(|home| home.join(".cache/soilsig")))
-            .unwrap_or_else(|| std::env::temp_dir().join("soilsig-cache"));
-        Self::new(root)
+            .or_else(|| absolute("XDG_CACHE_HOME").map(|folder| folder.join("soilsig")))
+            .or_else(|| absolute("HOME").map(|home| home.join(".cache/soilsig")));
+        if let Some(root) = root {
+            return Self::new(std::path::absolute(&root).unwrap_or(root));
+        }
+        // No guessable name among the temporary folders: others could be first there.
+        match Scratch::temporary() {
+            Ok(scratch) => {
+                let cache = Self::of_run(scratch.path().to_owned());
+                Self { _of_run: Some(Arc::new(scratch)), ..cache }
+            }
+            // The first use of it fails, and says so.
+            Err(error) => Self::new(error.0.path),
+        }
     }
 
     /// A cache in its own folder.
     pub fn new(root: PathBuf) -> Self {
-        Self { blenders: root.clone(), root }
+        Self { blenders: root.clone(), root, _of_run: None, is_to_be_checked: true }
     }
 
-    /// A cache for other results that shares the known Blenders.
+    /// A cache in a temporary folder of this run.
+    pub fn of_run(root: PathBuf) -> Self {
+        Self { is_to_be_checked: false, ..Self::new(root) }
+    }
+
+    /// A cache in a temporary folder of this run that shares the known Blenders.
     #[must_use]
     pub fn other_results(&self, root: PathBuf) -> Self {
-        Self { root, blenders: self.blenders.clone() }
+        Self { root, is_to_be_checked: false, ..self.clone() }
     }
 
     /// The folder in which known Blenders are noted.
@@ -66,18 +117,36 @@ impl Cache {
         &self.root
     }
 
+    /// Makes the folder if it is not there, and refuses one that others may write to.
+    fn open(&self) -> Result<(), CacheError> {
+        let at = failed(&self.root);
+        std::fs::DirBuilder::new().recursive(true).mode(0o700).create(&self.root).map_err(at)?;
+        if !self.is_to_be_checked {
+            return Ok(());
+        }
+        match trust::doubt(&self.root).map_err(failed(&self.root))? {
+            None => Ok(()),
+            Some(doubt) => Err(CacheError::Doubted { folder: self.root.clone(), doubt }),
+        }
+    }
+
     /// A stage's result for these inputs, if it exists and agrees with its manifest. A damaged one
     /// is removed.
     pub fn look(&self, name: &str, inputs: &impl Serialize) -> Result<Option<Made>, Error> {
+        self.open()?;
         let folder = self.place(name, inputs);
-        if !folder.is_dir() {
+        if std::fs::symlink_metadata(&folder).is_err() {
             return Ok(None);
         }
         if let Some(files) = intact(&folder) {
             return Ok(Some(Made { folder, files, cached: true }));
         }
-        std::fs::remove_dir_all(&folder).map_err(failed(&folder))?;
-        Ok(None)
+        // Another run may have been faster.
+        let gone = |error: &std::io::Error| error.kind() == std::io::ErrorKind::NotFound;
+        match std::fs::remove_dir_all(&folder) {
+            Err(error) if !gone(&error) => Err(failed(&folder)(error).into()),
+            _ => Ok(None),
+        }
     }
 
     /// A stage's result for these inputs. If it does not exist, `make` fills a temporary folder,
@@ -93,29 +162,31 @@ impl Cache {
         }
         let folder = self.place(name, inputs);
         let scratch = self.scratch()?;
-        make(scratch.path())?;
-        let files = output::list(scratch.path()).map_err(CacheError)?;
-        let sum = |file: &String| {
-            output::sha256_hex(&scratch.path().join(file)).map(|sum| (file.clone(), sum))
+        make(scratch.path()).map_err(|error| in_cache(error, scratch.path()))?;
+        let files = output::list(scratch.path()).map_err(CacheError::Output)?;
+        let keep = || -> Result<(), OutputError> {
+            let sum = |file: &String| {
+                output::sha256_hex(&scratch.path().join(file)).map(|sum| (file.clone(), sum))
+            };
+            let manifest: BTreeMap<_, _> = files.iter().map(sum).collect::<Result<_, _>>()?;
+            let text = serde_json::to_vec(&manifest).expect("plain data");
+            output::scratch(&scratch.path().join(MANIFEST), &text)?;
+            output::sync_all_in(scratch.path())
         };
-        let manifest: BTreeMap<_, _> =
-            files.iter().map(sum).collect::<Result<_, _>>().map_err(CacheError)?;
-        let text = serde_json::to_vec(&manifest).expect("plain data");
-        output::bytes(&scratch.path().join(MANIFEST), &text).map_err(CacheError)?;
-        if let Err(error) = std::fs::rename(scratch.path(), &folder) {
+        keep().map_err(CacheError::Output)?;
+        match std::fs::rename(scratch.path(), &folder) {
+            Ok(()) => output::sync_folder(&self.root).map_err(failed(&self.root))?,
             // Another run was first; its result is the same.
-            if intact(&folder).is_none() {
-                return Err(failed(&folder)(error));
-            }
+            Err(_) if intact(&folder).is_some() => {}
+            Err(error) => return Err(failed(&folder)(error).into()),
         }
         Ok(Made { folder, files, cached: false })
     }
 
     /// A folder for work in progress, on the same disk. It is removed when dropped.
-    pub fn scratch(&self) -> Result<tempfile::TempDir, Error> {
-        output::folder(&self.root).map_err(CacheError)?;
-        let folder = tempfile::Builder::new().prefix(".making-").tempdir_in(&self.root);
-        folder.map_err(failed(&self.root))
+    pub fn scratch(&self) -> Result<Scratch, Error> {
+        self.open()?;
+        Ok(Scratch::within(&self.root, MAKING).map_err(failed(&self.root))?)
     }
 
     fn place(&self, name: &str, inputs: &impl Serialize) -> PathBuf {
@@ -124,12 +195,24 @@ impl Cache {
     }
 }
 
-fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> Error + use<> {
+fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> CacheError + use<> {
     let path = path.to_owned();
-    move |source| CacheError(OutputError { path, source }).into()
+    move |source| CacheError::Output(OutputError { path, source })
+}
+
+/// What failed inside a folder of the cache is a failure of the cache, with its own remedy.
+fn in_cache(error: Error, folder: &Path) -> Error {
+    match error.downcast::<OutputError>() {
+        Ok(error) if error.path.starts_with(folder) => CacheError::Output(error).into(),
+        Ok(error) => error.into(),
+        Err(error) => error,
+    }
 }
 
 const MANIFEST: &str = "manifest.json";
+
+/// Begin of the names of folders for work in progress.
+const MAKING: &str = ".making-";
 
 /// The result of a stage.
 #[derive(Debug)]
@@ -142,12 +225,22 @@ pub struct Made {
     pub cached: bool,
 }
 
-/// The files of a result, if they agree with its manifest.
+/// The files of a result, if they agree with its manifest. Each is a file of the folder itself.
 fn intact(folder: &Path) -> Option<Vec<String>> {
-    let text = std::fs::read(folder.join(MANIFEST)).ok()?;
-    let manifest: BTreeMap<String, String> = serde_json::from_slice(&text).ok()?;
+    let is_file =
+        |path: &Path| std::fs::symlink_metadata(path).is_ok_and(|now| now.file_type().is_file());
+    let list = folder.join(MANIFEST);
+    if !std::fs::symlink_metadata(folder).is_ok_and(|now| now.is_dir()) || !is_file(&list) {
+        return None;
+    }
+    let manifest: BTreeMap<String, String> =
+        serde_json::from_slice(&std::fs::read(list).ok()?).ok()?;
     let agrees = |(file, sum): (&String, &String)| {
-        output::sha256_hex(&folder.join(file)).is_ok_and(|now| now == *sum)
+        let path = folder.join(file);
+        output::is_plain(file)
+            && file != MANIFEST
+            && is_file(&path)
+            && output::sha256_hex(&path).is_ok_and(|now| now == *sum)
     };
     manifest.iter().all(agrees).then(|| manifest.into_keys().collect())
 }
@@ -185,5 +278,42 @@ mod tests {
         });
         assert!(failed.is_err());
         assert_eq!(output::list(folder.path()).expect("a folder"), [""; 0]);
+    }
+
+    #[test]
+    fn a_manifest_names_plain_files_of_its_own_folder() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let cache = Cache::new(folder.path().join("cache"));
+        let made = || {
+            let made = cache.stage("s", &1, |at| Ok(output::bytes(&at.join("file"), b"whole")?));
+            made.expect("made")
+        };
+        let entry = made().folder;
+        let mine = folder.path().join("mine");
+        std::fs::write(&mine, "mine").expect("written");
+        std::os::unix::fs::symlink(&mine, entry.join("link")).expect("a link");
+        let sum = output::sha256_hex(&mine).expect("read");
+        for name in ["../../mine", "link", &mine.display().to_string(), ".."] {
+            let text = serde_json::json!({ name: sum }).to_string();
+            std::fs::create_dir_all(&entry).expect("made");
+            std::fs::write(entry.join(MANIFEST), text).expect("written");
+            let made = made();
+            assert!(!made.cached && made.files == ["file"], "{name}");
+        }
+        assert_eq!(std::fs::read(mine).expect("kept"), b"mine");
+    }
+
+    #[test]
+    fn a_cache_that_others_may_write_to_is_refused() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let root = folder.path().join("cache");
+        let cache = Cache::new(root.clone());
+        assert!(cache.look("s", &1).expect("it is made").is_none());
+        let mode = |of: &Path| std::fs::metadata(of).expect("there").permissions().mode() & 0o777;
+        assert_eq!(mode(&root), 0o700);
+        std::fs::set_permissions(&root, PermissionsExt::from_mode(0o777)).expect("set");
+        let error = cache.look("s", &1).expect_err("anyone may write");
+        assert!(error.hint().expect("a hint").contains("--no-cache"), "{error}");
     }
 }

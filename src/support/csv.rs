@@ -23,7 +23,21 @@ impl Csv {
 
 /// A field of seven decimals; empty without a number.
 pub(crate) fn decimals(number: impl Into<Option<f64>>) -> String {
-    number.into().map_or_else(String::new, |number| format!("{number:.7}"))
+    number
+        .into()
+        .filter(|number| !number.is_nan())
+        .map_or_else(String::new, |number| format!("{number:.7}"))
+}
+
+/// Below this radiance of a black body seven decimals lose the radiances beside it, W m-2 sr-1 um-1.
+const FAINT: f64 = 0.1;
+
+/// A field of radiance; in powers of ten where a black body is faint.
+pub(crate) fn radiance(l: impl Into<Option<f64>>, l_blackbody: f64) -> String {
+    match l.into() {
+        Some(l) if l_blackbody < FAINT && l != 0.0 => format!("{l:.7e}"),
+        l => decimals(l),
+    }
 }
 
 #[cfg(test)]
@@ -33,7 +47,13 @@ mod tests {
     #[test]
     fn fields_are_quoted_where_they_must_be_and_empty_without_a_number() {
         let mut csv = Csv::new(&["name", "x", "y"]);
+        assert_eq!(decimals(f64::NAN), "");
         csv.row(["a, \"b\"".into(), decimals(0.25), decimals(None)]);
+        assert_eq!(
+            [0.25, 2e-9, 0.0].map(|l| radiance(l, 1.0)),
+            ["0.2500000", "0.0000000", "0.0000000"]
+        );
+        assert_eq!([2e-9, 0.0].map(|l| radiance(l, 2e-9)), ["2.0000000e-9", "0.0000000"]);
         assert_eq!(csv.text(), "name,x,y\n\"a, \"\"b\"\"\",0.2500000,\n");
     }
 }

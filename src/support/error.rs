@@ -19,6 +19,8 @@ pub enum Status {
     ToleranceNotReached = 4,
     /// A replayed run gave other bytes, or two results differ beyond their errors.
     Differs = 5,
+    /// No parameter makes the fit good; the result is written.
+    NoGoodFit = 6,
     /// No Blender was found.
     BlenderMissing = 10,
     /// The Blender found has a version that soilsig cannot use.
@@ -39,7 +41,7 @@ pub enum Status {
 
 impl Status {
     /// All of them, with their meanings.
-    pub const ALL: [(Self, &str); 13] = [
+    pub const ALL: [(Self, &str); 14] = [
         (Self::Files, "a file could not be read or written"),
         (Self::Usage, "the command line is wrong"),
         (Self::Input, "a scene, spectrum, mesh or table is wrong"),
@@ -48,6 +50,7 @@ impl Status {
             Self::Differs,
             "a replayed run gave other bytes, or two results differ beyond their errors",
         ),
+        (Self::NoGoodFit, "the result is written, but no parameter makes the fit good"),
         (Self::BlenderMissing, "no Blender was found"),
         (Self::BlenderVersion, "Blender has a version that soilsig cannot use"),
         (Self::BlenderNumpy, "Blender's Python has no numpy"),
@@ -84,6 +87,19 @@ impl Error {
     /// The program's exit status.
     pub fn status(&self) -> Status {
         self.0.status()
+    }
+
+    /// The failure itself, if it is of this kind.
+    ///
+    /// # Errors
+    /// This error, if it is of another kind.
+    pub fn downcast<E: Failure>(self) -> Result<E, Self> {
+        let failure: &(dyn std::error::Error + 'static) = &*self.0;
+        if !failure.is::<E>() {
+            return Err(self);
+        }
+        let failure: Box<dyn std::error::Error> = self.0;
+        Ok(*failure.downcast().expect("it is of this kind"))
     }
 
     /// Whether the user asked to stop.

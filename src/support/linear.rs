@@ -1,5 +1,18 @@
 //! Straight lines between sorted points, and the range that the points hold.
 
+/// Ends of ranges may differ by so much, um: sums of steps are rounded.
+const ROUNDING_UM: f64 = 1e-6;
+
+/// Files are written with so many digits that a number may be outside its range by this share of
+/// the range.
+const ROUNDING: f64 = 1e-6;
+
+/// The number; the nearer end of its range, if only rounding took it out.
+pub fn rounded_within(value: f64, [from, to]: [f64; 2]) -> f64 {
+    let margin = ROUNDING * (to - from);
+    if value < from - margin || value > to + margin { value } else { value.clamp(from, to) }
+}
+
 /// A file or a spectrum does not hold the wavelengths needed.
 #[derive(Debug, thiserror::Error)]
 #[error("{of} holds {} um, but {} um is needed", span(*held_um), span(*needed_um))]
@@ -19,7 +32,7 @@ impl OutOfRange {
         needed_um: [f64; 2],
         held_um: [f64; 2],
     ) -> Result<(), Self> {
-        if held_um[0] <= needed_um[0] && needed_um[1] <= held_um[1] {
+        if held_um[0] <= needed_um[0] + ROUNDING_UM && needed_um[1] <= held_um[1] + ROUNDING_UM {
             return Ok(());
         }
         Err(Self { of: of(), needed_um, held_um })
@@ -78,6 +91,18 @@ pub fn interpolate(x: &[f64], y: &[f64], at: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_what_rounding_took_out_of_a_range_is_taken_back() {
+        for (value, taken) in [(1.000_000_1, 1.0), (-1e-9, 0.0), (0.3, 0.3), (1.01, 1.01)] {
+            assert_eq!(rounded_within(value, [0.0, 1.0]), taken);
+        }
+        assert!(rounded_within(f64::NAN, [0.0, 1.0]).is_nan());
+        let check = |held_um| OutOfRange::check(String::new, [8.0, 12.0], held_um);
+        assert!(check([8.000_000_000_1, 11.999_999_999_999_915]).is_ok());
+        assert!(check([8.0, 11.999]).is_err() && check([8.001, 12.0]).is_err());
+        assert!(OutOfRange::check(String::new, [f64::NAN; 2], [8.0, 12.0]).is_err());
+    }
 
     #[test]
     fn values_are_exact_at_points_linear_between_them_and_constant_beyond() {

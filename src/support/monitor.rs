@@ -71,10 +71,14 @@ impl<'a> Step<'a> {
     }
 }
 
-/// Shows nothing; cancels when the inner monitor does.
+/// Shows warnings and no progress; cancels when the inner monitor does.
 pub struct Silently<'a>(pub &'a dyn Monitor);
 
 impl Monitor for Silently<'_> {
+    fn say(&self, text: &str) {
+        self.0.say(text);
+    }
+
     fn is_cancelled(&self) -> bool {
         self.0.is_cancelled()
     }

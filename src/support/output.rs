@@ -3,12 +3,17 @@
 
 use std::collections::HashSet;
 use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Read, Write};
+use std::os::fd::AsFd;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
 use crate::support::error::{Failure, Status};
+use crate::support::place::{Place, is_own_descriptor, parent};
+use crate::support::scratch::ScratchFile;
+
+pub use crate::support::place::{is_plain, within};
 
 /// A file or folder could not be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -44,13 +49,23 @@ fn at(path: &Path) -> impl FnOnce(io::Error) -> OutputError {
     move |source| OutputError { path, source }
 }
 
-/// Checks before the work that a file can be written: makes its folder, refuses a path that is a
-/// folder.
+/// Checks before the work that a file can be written: makes its folder, and tries to write there.
 pub fn may_write(path: &Path) -> Result<(), OutputError> {
-    if path.is_dir() {
-        return Err(at(path)(io::ErrorKind::IsADirectory.into()));
+    match Place::of(path).map_err(at(path))? {
+        Place::File(..) => Beside::new(path).map(|_| ()),
+        Place::Stream(_) => Ok(()),
     }
-    path.parent().map_or(Ok(()), folder)
+}
+
+/// The path of another file in the folder of one that the user names. A link there is not followed:
+/// the user did not name it.
+pub fn sibling(path: &Path, name: &str) -> Result<PathBuf, OutputError> {
+    within(parent(path), name)
+}
+
+/// Whether a path is that of a file, or of none yet, and not of a device or pipe.
+pub fn is_file(path: &Path) -> bool {
+    matches!(Place::of(path), Ok(Place::File(..)))
 }
 
 /// Refuses to overwrite what the same work reads, and to write two results to one file.
@@ -74,21 +89,9 @@ pub fn keeps(
     Ok(())
 }
 
-/// Makes a temporary folder, which is removed when it is dropped.
-pub fn temporary() -> Result<tempfile::TempDir, OutputError> {
-    tempfile::Builder::new().prefix("soilsig-").tempdir().map_err(at(&std::env::temp_dir()))
-}
-
 /// Makes a folder and its parents.
 pub fn folder(path: &Path) -> Result<(), OutputError> {
     fs::create_dir_all(path).map_err(at(path))
-}
-
-fn parent(path: &Path) -> &Path {
-    match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    }
 }
 
 /// Writes one file through `fill`. It replaces an earlier file only when it is complete.
@@ -97,44 +100,44 @@ pub fn file(
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), OutputError> {
     let mut partial = Beside::new(path)?;
-    let mut writer = BufWriter::new(partial.file.as_file_mut());
+    let mut writer = BufWriter::new(partial.scratch.file.as_file_mut());
     fill(&mut writer).and_then(|()| writer.flush()).map_err(at(path))?;
     drop(writer);
     partial.done()
 }
 
 /// A file that is written in parts under a temporary name. [`Beside::done`] gives it its own name;
-/// dropped before that, it leaves nothing.
+/// dropped before that, it leaves nothing. What is no file, such as a pipe, is written to then.
 pub struct Beside {
     path: PathBuf,
-    file: tempfile::NamedTempFile,
+    place: Place,
+    scratch: ScratchFile,
 }
 
 impl Beside {
-    /// Begins a file.
+    /// Begins a file. Links to it are followed.
     pub fn new(path: &Path) -> Result<Self, OutputError> {
-        use std::os::unix::fs::PermissionsExt;
-        let parent = parent(path);
-        folder(parent)?;
-        // Results are `rw` for all, less the umask; temporary files would be private.
-        let permissions = fs::Permissions::from_mode(0o666);
-        let file = tempfile::Builder::new()
-            .prefix(".soilsig-")
-            .permissions(permissions)
-            .tempfile_in(parent)
-            .map_err(at(path))?;
-        Ok(Self { path: path.to_owned(), file })
+        let place = Place::of(path).map_err(at(path))?;
+        let made = match &place {
+            Place::File(file, _) => {
+                folder(parent(file))?;
+                // Results are `rw` for all, less the umask; temporary files would be private.
+                ScratchFile::within(parent(file), 0o666)
+            }
+            Place::Stream(_) => ScratchFile::within(&std::env::temp_dir(), 0o600),
+        };
+        Ok(Self { path: path.to_owned(), place, scratch: made.map_err(at(path))? })
     }
 
     /// Writes bytes at an offset.
     pub fn write_at(&self, bytes: &[u8], place: u64) -> Result<(), OutputError> {
         use std::os::unix::fs::FileExt;
-        self.file.as_file().write_all_at(bytes, place).map_err(at(&self.path))
+        self.scratch.file.as_file().write_all_at(bytes, place).map_err(at(&self.path))
     }
 
     /// Another handle of the file, for a library that writes by itself.
     pub fn handle(&self) -> Result<fs::File, OutputError> {
-        self.file.reopen().map_err(at(&self.path))
+        self.scratch.file.reopen().map_err(at(&self.path))
     }
 
     /// An error that names the file's final path.
@@ -142,10 +145,75 @@ impl Beside {
         at(&self.path)(source)
     }
 
-    /// Gives the file its own name.
+    /// Gives the file its own name, and the mode of the one that it replaces.
     pub fn done(self) -> Result<(), OutputError> {
-        self.file.persist(&self.path).map(|_| ()).map_err(|e| at(&self.path)(e.error))
+        let Self { path, place, scratch } = self;
+        let done = match place {
+            Place::Stream(to) => copy_into(scratch.file.path(), &to),
+            Place::File(to, earlier) => (|| {
+                if let Some(earlier) = earlier {
+                    keep_mode(scratch.file.as_file(), &earlier)?;
+                }
+                scratch.file.as_file().sync_all()?;
+                scratch.file.persist(&to)?;
+                sync_folder(parent(&to))
+            })(),
+        };
+        done.map_err(at(&path))
     }
+}
+
+/// Writes a file into a device, a pipe or an open descriptor.
+fn copy_into(from: &Path, to: &Path) -> io::Result<()> {
+    let mut from = fs::File::open(from)?;
+    // The program's own streams go on where they are.
+    let fd =
+        if is_own_descriptor(to) { to.file_name().and_then(|name| name.to_str()) } else { None };
+    let own = match fd {
+        Some("1") => Some(io::stdout().as_fd().try_clone_to_owned()?),
+        Some("2") => Some(io::stderr().as_fd().try_clone_to_owned()?),
+        _ => None,
+    };
+    let mut into = match own {
+        Some(own) => fs::File::from(own),
+        None => fs::File::options().write(true).open(to)?,
+    };
+    io::copy(&mut from, &mut into)?;
+    into.flush()
+}
+
+/// Gives a new file the mode and, where this is allowed, the owner of the one that it replaces.
+pub(crate) fn keep_mode(file: &fs::File, earlier: &fs::Metadata) -> io::Result<()> {
+    use std::os::unix::fs::MetadataExt;
+    let now = file.metadata()?;
+    if (now.uid(), now.gid()) != (earlier.uid(), earlier.gid()) {
+        let _ = std::os::unix::fs::fchown(file, Some(earlier.uid()), Some(earlier.gid()));
+    }
+    file.set_permissions(earlier.permissions())
+}
+
+/// Makes the names in a folder last. Not every file system can do this for folders.
+pub(crate) fn sync_folder(folder: &Path) -> io::Result<()> {
+    match fs::File::open(folder)?.sync_all() {
+        Err(error) if error.kind() == io::ErrorKind::InvalidInput => Ok(()),
+        done => done,
+    }
+}
+
+/// Makes the files in a folder and their names last.
+pub(crate) fn sync_all_in(folder: &Path) -> Result<(), OutputError> {
+    for name in list(folder)? {
+        let path = folder.join(name);
+        let sync = || if path.is_dir() { Ok(()) } else { fs::File::open(&path)?.sync_all() };
+        sync().map_err(at(&path))?;
+    }
+    sync_folder(folder).map_err(at(folder))
+}
+
+/// Writes a file into a temporary folder: it need not outlive the run.
+pub fn scratch(path: &Path, content: impl AsRef<[u8]>) -> Result<(), OutputError> {
+    folder(parent(path))?;
+    fs::write(path, content).map_err(at(path))
 }
 
 /// Writes bytes as one file.
@@ -160,7 +228,19 @@ pub fn copy(from: &Path, to: &Path) -> Result<(), OutputError> {
 
 /// SHA-256 of a file's content.
 pub fn sha256(path: &Path) -> Result<[u8; 32], OutputError> {
-    Ok(Sha256::digest(fs::read(path).map_err(at(path))?).into())
+    let mut sum = Sha256::new();
+    let mut read = || {
+        let mut file = fs::File::open(path)?;
+        let mut part = vec![0; 1 << 16];
+        loop {
+            match file.read(&mut part)? {
+                0 => return Ok(()),
+                count => sum.update(&part[..count]),
+            }
+        }
+    };
+    read().map_err(at(path))?;
+    Ok(sum.finalize().into())
 }
 
 /// The same in hexadecimal.

@@ -57,6 +57,10 @@ pub enum Purpose {
     ImagePilot = 5,
     /// Noise of the sensor.
     SensorNoise = 6,
+    /// The order in which fines are taken away.
+    Thinning = 7,
+    /// Draws from a posterior.
+    Posterior = 8,
 }
 
 /// The source of a path's numbers.
@@ -81,7 +85,7 @@ pub struct Points {
 }
 
 /// The coordinates of one path: two for its start and two for each bounce.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub enum Point {
     /// Coordinates from a sequence.
     Even(Even),
@@ -137,7 +141,7 @@ impl Point {
 pub struct Source(ChaCha8Rng);
 
 /// Independent numbers of one item: a path, a packing.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Stream(ChaCha8Rng);
 
 impl Source {

@@ -8,7 +8,7 @@ pub(super) const SEQUENCE: u64 = 1 << SEQUENCE_BITS;
 const SEQUENCE_BITS: usize = 24;
 
 /// A place in a scrambled sequence.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Even {
     pub(super) index: u32,
     pub(super) scrambling: u32,

@@ -5,15 +5,23 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 /// Quantile of Student's t, two-sided 95 %, with as many degrees of freedom as pairs of groups.
 pub const T_95: f64 = 2.119_905_299;
 
+/// Greatest difference of the sum of shares from 1: shares are given with few digits.
+pub(crate) const SHARES_ROUNDING: f64 = 1e-6;
+
 /// Quantile of Student's t, two-sided 95 %, with one degree of freedom less than packings. For one
 /// packing it is [`T_95`].
 pub fn quantile_95(packings: usize) -> f64 {
-    if packings < 2 {
-        return T_95;
-    }
-    let t =
-        StudentsT::new(0.0, 1.0, (packings - 1) as f64).expect("at least one degree of freedom");
-    t.inverse_cdf(0.975)
+    if packings < 2 { T_95 } else { quantile_of(packings - 1) }
+}
+
+/// Quantile of Student's t, two-sided 95 %, with so many degrees of freedom.
+///
+/// # Panics
+/// Without a degree of freedom.
+pub fn quantile_of(freedom: usize) -> f64 {
+    let t = StudentsT::new(0.0, 1.0, freedom as f64).expect("at least one degree of freedom");
+    // Beyond these digits it depends on the processor's instruction set (`support::math`).
+    (t.inverse_cdf(0.975) * 1e9).round() / 1e9
 }
 
 /// Half-width of the 95 % interval of the mean of `values`, one per packing; `None` for fewer than

@@ -116,7 +116,7 @@ impl Table {
             ),
             (
                 !self.sky_radiance.as_ref().is_none_or(SkyTable::is_sound),
-                "sky_radiance is malformed: unsorted, negative, or columns of different length",
+                "sky_radiance is malformed: unsorted, negative, too bright, or of unequal columns",
             ),
             (
                 self.sky_is_by_zenith() && self.histogram.kept.zeniths == 1,
@@ -125,6 +125,11 @@ impl Table {
             (
                 !self.atmosphere.as_ref().is_none_or(Atmosphere::is_sound),
                 "atmosphere is malformed: unsorted, out of range, or columns of different length",
+            ),
+            (
+                usize::from(self.histogram.kept.nodes)
+                    != self.nodes.as_ref().map_or(0, |nodes| nodes.wavelength_um.len()),
+                "the histogram has other nodes than the table",
             ),
             (
                 self.floor.is_some_and(|floor| floor >= materials),
@@ -136,6 +141,7 @@ impl Table {
         problem
             .or_else(|| self.sky_temperature_k.as_ref().and_then(Sky::problem))
             .or_else(|| self.materials.iter().find_map(|m| m.spectrum.problem()))
+            .or_else(|| self.nodes.as_ref().and_then(|nodes| nodes.problem(materials)))
     }
 
     /// Reads the tables of several packings of one recipe.
@@ -152,7 +158,7 @@ impl Table {
                 t.materials.iter().map(TableMaterial::uncounted).collect::<Vec<_>>(),
                 t.temperature_k,
                 (t.sky_temperature_k.clone(), t.sky_radiance.clone(), t.atmosphere.clone()),
-                (t.view, t.histogram.kept),
+                (t.view, t.histogram.kept, t.nodes.clone()),
                 // A bed in the open alone has no cells.
                 (t.cells.is_some(), t.field.is_some()),
             )

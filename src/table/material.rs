@@ -13,6 +13,13 @@ pub const MOST_TRANSMITTED: f64 = 0.01;
 /// describe bodies that are large against the wavelength.
 pub const LEAST_WAVELENGTHS: f64 = 10.0;
 
+/// Hemispherical reflectance of `refractive` facets from which they count as reflecting much. A rule
+/// of thumb: below it rays describe even fine powders (docs: refraction).
+pub const MOST_REFLECTED: f64 = 1.0 / 3.0;
+
+/// Least mean chord of a particle of `refractive` facets that reflect little, in wavelengths.
+pub const LEAST_WHERE_CLEAR: f64 = 0.5;
+
 /// A material as the table counts it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -46,12 +53,20 @@ impl TableMaterial {
     }
 
     /// Whether the model of its facets holds at a wavelength in um. Particles must be large against
-    /// it, and light that refracts into one must not come out again.
+    /// it. Light that refracts into one must not come out again, unless the facets are refractive:
+    /// then particles whose faces reflect little may be smaller. Small particles whose faces reflect
+    /// much are the domain of wave optics.
     pub fn is_valid(&self, wavelength_um: f64) -> bool {
         match (&self.spectrum, self.mean_chord_um) {
             (Spectrum::Fresnel(_, crystal), Some(chord_um)) => {
                 chord_um >= LEAST_WAVELENGTHS * wavelength_um
                     && crystal.transmittance(wavelength_um, chord_um) < MOST_TRANSMITTED
+            }
+            // Where faces reflect little, light passes through grains, and single faces matter less.
+            (Spectrum::Refractive(_, crystal), Some(chord_um)) => {
+                chord_um >= LEAST_WAVELENGTHS * wavelength_um
+                    || (chord_um >= LEAST_WHERE_CLEAR * wavelength_um
+                        && crystal.hemispherical_reflectance(wavelength_um) < MOST_REFLECTED)
             }
             _ => true,
         }

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use crate::histogram::tally::Kept;
 use crate::histogram::{Estimate, Histogram, Mean};
-use crate::scene::{Inverted, Material, SpectrumSource};
+use crate::scene::{Component, Constants, ConstantsFile, Inverted, Material, SpectrumSource};
 use crate::spectrum::format::{self, Reading};
-use crate::spectrum::{PureBed, Spectrum, SpectrumError, kirchhoff};
+use crate::spectrum::optics::Crystal;
+use crate::spectrum::{Mix, PureBed, Spectrum, SpectrumError, kirchhoff};
 use crate::support::error::Failure;
 use crate::support::file_error::FileError;
 use crate::table::{Table, TableError};
@@ -111,7 +112,14 @@ impl Spectrum {
             SpectrumSource::File(path) => {
                 Self::Tabulated(format::read_one(&folder.join(path), &Reading::default())?)
             }
-            SpectrumSource::Fresnel(name) => Self::fresnel(name)?,
+            SpectrumSource::Fresnel(Constants::Shipped(name)) => Self::fresnel(name)?,
+            SpectrumSource::Refractive(Constants::Shipped(name)) => Self::refractive(name)?,
+            SpectrumSource::Fresnel(Constants::File(ConstantsFile { file })) => {
+                Self::of_crystal(Crystal::read(&folder.join(file)).map_err(SpectrumError::from)?)
+            }
+            SpectrumSource::Refractive(Constants::File(ConstantsFile { file })) => {
+                Self::into_crystal(Crystal::read(&folder.join(file)).map_err(SpectrumError::from)?)
+            }
             SpectrumSource::Inverted(Inverted { spectrum, pure_bed }) => {
                 let powder = Box::new(Self::resolve(spectrum, folder)?);
                 let tables: Vec<PathBuf> = pure_bed.iter().map(|path| folder.join(path)).collect();
@@ -121,6 +129,13 @@ impl Spectrum {
                     PureBed::read(&tables)?
                 };
                 Self::Inverted(powder, pure_bed)
+            }
+            SpectrumSource::Mix(components) => {
+                let of = |Component { share, spectrum }: &Component| {
+                    Ok((*share, Self::resolve(spectrum, folder)?))
+                };
+                let components = components.iter().map(of).collect::<Result<_, ResolveError>>()?;
+                Self::Mix(Mix::new(components))
             }
         })
     }

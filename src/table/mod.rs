@@ -7,6 +7,7 @@ mod light;
 mod material;
 pub mod materials;
 pub mod merge;
+mod nodes;
 mod prepared;
 pub mod stop;
 pub mod warning;
@@ -18,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use crate::histogram::tally::{Outcomes, Tally};
 use crate::histogram::{Histogram, Mean};
 use crate::radiometry::{Atmosphere, SkyTable};
-use crate::scene::{Sky, View};
+use crate::scene::{Origin, Sky, View};
 use crate::spectrum::{Spectrum, SpectrumError};
 use crate::table::cover::Cover;
 use crate::table::field::FieldSummary;
@@ -28,6 +29,7 @@ use crate::table::warning::Warning;
 
 pub use file::TableError;
 pub use material::TableMaterial;
+pub use nodes::{Nodes, NodesError};
 pub use prepared::Prepared;
 pub(crate) use prepared::resolved;
 pub use stop::{Part, Precision, Stop, StopReason, Target};
@@ -67,6 +69,12 @@ pub struct Table {
     /// Index of the floor's material, if nothing else is made of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor: Option<usize>,
+    /// Where the geometry comes from.
+    #[serde(default, skip_serializing_if = "Origin::is_given")]
+    pub origin: Origin,
+    /// The wavelengths at which paths were traced apart, if facets are refractive.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<Nodes>,
     /// The field that the bed is a patch of, if it is one of a field.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub field: Option<FieldSummary>,
@@ -135,6 +143,17 @@ impl Table {
         }
         self.histogram = Histogram::of(tally);
         self.cells = Histogram::by_cell(tally);
+    }
+
+    /// Where the geometry of several beds comes from. Beds that differ are draws.
+    ///
+    /// # Panics
+    /// Without a table.
+    pub fn origin_of(beds: &[Self]) -> Origin {
+        match beds[0].origin {
+            Origin::Given if beds.len() > 1 => Origin::Drawn,
+            origin => origin,
+        }
     }
 
     /// The counts as a tally, to which more can be added.
@@ -212,8 +231,12 @@ impl Table {
         self.paths - self.missed
     }
 
-    /// The reflectance of each symbol of the histogram, by the materials' spectra.
+    /// The reflectance of each symbol of the histogram, by the materials' spectra; of nodes the factor
+    /// of what was traced there.
     pub fn reflectances(&self, wavelengths_um: &[f64]) -> Result<Vec<Vec<f64>>, SpectrumError> {
+        if let Some(nodes) = &self.nodes {
+            return nodes.reflectances(&self.materials, wavelengths_um);
+        }
         let spectra: Vec<&Spectrum> = self.materials.iter().map(|m| &m.spectrum).collect();
         reflectances(&spectra, self.histogram.kept, wavelengths_um)
     }

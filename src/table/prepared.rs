@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::TableMaterial;
 use super::materials::{MaterialError, ResolveError, reflectances, specular};
+use super::{Nodes, TableMaterial};
 use crate::histogram::tally::{COSINES, Kept, ZENITHS};
 use crate::radiometry::air::{Air, air};
 use crate::scene::{Material, Scene};
@@ -27,6 +27,8 @@ pub struct Prepared {
     pub reflectances: Arc<[Vec<f64>]>,
     /// What has to be recorded of each path.
     pub kept: Kept,
+    /// The wavelengths at which paths are traced apart, if facets are refractive.
+    pub nodes: Option<Nodes>,
 }
 
 impl Prepared {
@@ -36,11 +38,15 @@ impl Prepared {
     /// A file cannot be read or does not cover the bands.
     pub fn new(scene: Scene, wavelengths_um: &[f64]) -> Result<Self, Error> {
         let materials = resolved(&scene)?;
+        if let Some(nodes) = Nodes::of(&scene, &materials, wavelengths_um)? {
+            return Self::with_nodes(scene, materials, wavelengths_um, nodes);
+        }
         let angular = materials.iter().any(|m| m.spectrum.is_angular());
         let kept = Kept {
             order: scene.materials.iter().any(|m| scene.temperature_of(m) != scene.temperature_k),
             cosines: if angular { COSINES } else { 1 },
             zeniths: if scene.sky_is_by_zenith() { ZENITHS } else { 1 },
+            nodes: 0,
         };
         for material in &materials {
             reflectances(&[&material.spectrum], kept, wavelengths_um)
@@ -53,6 +59,35 @@ impl Prepared {
             wavelengths_um: wavelengths_um.into(),
             materials: materials.into(),
             kept,
+            nodes: None,
+            scene,
+        })
+    }
+
+    fn with_nodes(
+        scene: Scene,
+        materials: Vec<TableMaterial>,
+        wavelengths_um: &[f64],
+        nodes: Nodes,
+    ) -> Result<Self, Error> {
+        let ends = [wavelengths_um[0], wavelengths_um[wavelengths_um.len() - 1]];
+        for material in &materials {
+            let held = material.spectrum.covers(ends);
+            held.map_err(|source| wrong(&scene, &material.name, source.into()))?;
+            if !material.spectrum.is_refractive() {
+                let each = wavelengths_um
+                    .iter()
+                    .try_for_each(|&um| material.spectrum.emissivity(um).map(|_| ()));
+                each.map_err(|source| wrong(&scene, &material.name, source.into()))?;
+            }
+        }
+        Ok(Self {
+            air: air(&scene, wavelengths_um)?.into(),
+            reflectances: nodes.reflectances(&materials, wavelengths_um)?.into(),
+            wavelengths_um: wavelengths_um.into(),
+            materials: materials.into(),
+            kept: Kept { nodes: nodes.wavelength_um.len() as u16, ..Kept::PLAIN },
+            nodes: Some(nodes),
             scene,
         })
     }

@@ -62,12 +62,11 @@ pub(crate) fn least_met(tolerance: f64) -> f64 {
 
 /// What was asked of the trace and what it reached.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Keys", into = "Keys")]
 pub struct Stop {
     /// What was asked.
-    #[serde(flatten)]
     pub asked: Asked,
     /// What came of it.
-    #[serde(flatten)]
     pub reached: Reached,
     /// Weight, times the paths that a path stands for, below which it was given up: it could bring
     /// no more than this to the sky in any band.
@@ -75,7 +74,7 @@ pub struct Stop {
 }
 
 /// What is asked of a trace.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Asked {
     /// Half-width of the 95 % interval, emissivity.
     pub tolerance: f64,
@@ -86,10 +85,9 @@ pub struct Asked {
 }
 
 /// What a trace reached.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reached {
     /// Why the trace stopped.
-    #[serde(rename = "ended_by")]
     pub reason: StopReason,
     /// Number of paths of the whole trace, of which this table may hold a part.
     pub wanted: u64,
@@ -98,10 +96,62 @@ pub struct Reached {
     /// Wavelength of that band, um.
     pub widest_at_um: f64,
     /// Whether it is within the tolerance.
-    #[serde(rename = "reached")]
     pub tolerance: bool,
     /// The part of the half-width that paths given up leave open: more paths do not lessen it.
     pub trapped: f64,
+}
+
+/// The keys of `stop` in a file. A flattened struct would take unknown keys in silence.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Keys {
+    tolerance: f64,
+    grid: Grid,
+    max_paths: Option<u64>,
+    ended_by: StopReason,
+    wanted: u64,
+    half_width: f64,
+    widest_at_um: f64,
+    reached: bool,
+    trapped: f64,
+    least_weight: f64,
+}
+
+impl From<Stop> for Keys {
+    fn from(Stop { asked, reached, least_weight }: Stop) -> Self {
+        let Asked { tolerance, grid, max_paths } = asked;
+        let Reached { reason, wanted, half_width, widest_at_um, tolerance: is_met, trapped } =
+            reached;
+        Self {
+            tolerance,
+            grid,
+            max_paths,
+            ended_by: reason,
+            wanted,
+            half_width,
+            widest_at_um,
+            reached: is_met,
+            trapped,
+            least_weight,
+        }
+    }
+}
+
+impl From<Keys> for Stop {
+    fn from(keys: Keys) -> Self {
+        Self {
+            asked: Asked { tolerance: keys.tolerance, grid: keys.grid, max_paths: keys.max_paths },
+            reached: Reached {
+                reason: keys.ended_by,
+                wanted: keys.wanted,
+                half_width: keys.half_width,
+                widest_at_um: keys.widest_at_um,
+                tolerance: keys.reached,
+                trapped: keys.trapped,
+            },
+            least_weight: keys.least_weight,
+        }
+    }
 }
 
 impl Stop {

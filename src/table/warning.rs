@@ -79,8 +79,8 @@ pub enum Warning {
     },
     /// The patch is narrow for its bodies.
     #[error(
-        "the patch is only {widths:.1} times as wide as its largest body, so patches differ much: \
-         make it wider, or average several"
+        "the patch is only {widths:.1} times as wide as its largest body, so others like it differ \
+         much: make it wider"
     )]
     NarrowPatch {
         /// Its shorter side in lengths of the largest body.

@@ -1,18 +1,21 @@
 //! Warnings that a bed gives before it is traced.
 
 use std::collections::BTreeSet;
+use std::f64::consts::PI;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::geometry::{Bed, Mesh, Placement, cross};
-use crate::scene::Sides;
+use crate::scene::{Origin, Sides};
+use crate::support::math;
 use crate::support::random::{Purpose, Source};
 use crate::table::warning::Warning;
 use crate::tracer::Tracer;
 
-/// A patch narrower than this many of its largest bodies gives a warning.
-const LEAST_WIDTHS: f64 = 3.0;
+/// A given patch narrower than this many of its largest bodies gives a warning. How much the beds of
+/// a recipe differ is part of their budget.
+const LEAST_WIDTHS: f64 = 1.0;
 
 /// Share of the facets that are too fine, or within other solids, that gives a warning. Some narrow
 /// facets do no harm, and grains of a drop press a little into each other.
@@ -25,11 +28,14 @@ const NEARLY_CLOSED: f64 = 0.1;
 /// Mean of 1 - cos between the facets and the normals in the file that gives a warning.
 const NOTABLY_CURVED: f64 = 0.003;
 
+/// Solids that reach into each other by less than this share of their size only touch.
+const TOUCHING: f64 = 1e-3;
+
 /// Points on facets that are tested for lying within another solid.
 const PROBES: u64 = 1 << 12;
 
 /// The warnings of a bed: of each kind the worst.
-pub(super) fn of_bed(tracer: &Tracer, longest_um: f64, seed: u64) -> Vec<Warning> {
+pub(super) fn of_bed(tracer: &Tracer, origin: Origin, longest_um: f64, seed: u64) -> Vec<Warning> {
     let bed = tracer.bed();
     let placed: BTreeSet<usize> = bed.placements.iter().map(|place| place.mesh).collect();
     let worst = |of: &dyn Fn(&Mesh) -> f64, limit: f64| {
@@ -48,7 +54,7 @@ pub(super) fn of_bed(tracer: &Tracer, longest_um: f64, seed: u64) -> Vec<Warning
         warnings.push(Warning::Holes { mesh: mesh.name.clone(), edges, of });
     }
     if let Some((mesh, curved)) = worst(&|m| m.quality.curved, NOTABLY_CURVED) {
-        let angle_deg = (1.0 - curved).acos().to_degrees();
+        let angle_deg = math::acos(1.0 - curved).to_degrees();
         warnings.push(Warning::Coarse { mesh: mesh.name.clone(), angle_deg });
     }
     let bodies: Vec<Body> = bed.placements.par_iter().map(|place| Body::new(bed, place)).collect();
@@ -57,7 +63,7 @@ pub(super) fn of_bed(tracer: &Tracer, longest_um: f64, seed: u64) -> Vec<Warning
         let (mesh, size_um) = (body.mesh.name.clone(), body.size_um());
         warnings.push(Warning::SmallerThanWaves { mesh, size_um, wavelength_um: longest_um });
     }
-    let share = overlap(tracer, seed);
+    let share = overlap(tracer, &bodies, seed);
     if share > NOTABLE {
         warnings.push(Warning::Overlap { share });
     }
@@ -73,7 +79,7 @@ pub(super) fn of_bed(tracer: &Tracer, longest_um: f64, seed: u64) -> Vec<Warning
     let is_one =
         |body: &&Body| body.mesh.closed && (bodies.len() > 1 || body.mesh.particles.len() == 1);
     let widths = width / bodies.iter().filter(is_one).map(Body::size_um).fold(0.0, f64::max);
-    if widths < LEAST_WIDTHS {
+    if origin == Origin::Given && widths < LEAST_WIDTHS {
         warnings.push(Warning::NarrowPatch { widths });
     }
     warnings
@@ -95,6 +101,19 @@ impl<'a> Body<'a> {
 
     fn size_um(&self) -> f64 {
         (self.high - self.low).max_element()
+    }
+
+    /// Whether a point lies within it: its facets, seen from there, fill the whole sphere.
+    fn holds(&self, point: DVec3) -> bool {
+        let point = self.place.to_scene.inverse().transform_point3(point);
+        let angle = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|i| self.mesh.vertices[i as usize].as_dvec3() - point);
+            let (x, y, z) = (a.length(), b.length(), c.length());
+            // Van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30(2) 125, 1983, Eq. 8.
+            let below = x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y;
+            2.0 * math::atan2(a.dot(b.cross(c)), below)
+        };
+        self.mesh.triangles.iter().map(angle).sum::<f64>().abs() > 2.0 * PI
     }
 
     /// Whether a facet that rays can meet lies in a side of the domain, within the rounding of its
@@ -132,8 +151,9 @@ fn is_holed(mesh: &Mesh) -> bool {
 }
 
 /// Share of the facets that lie within a solid placed elsewhere. Seen from a point a little off
-/// such a facet, the nearest surface outward is the inner side of another solid.
-fn overlap(tracer: &Tracer, seed: u64) -> f64 {
+/// such a facet, the nearest surface outward is the inner side of another solid, and a point as far
+/// below it as [`TOUCHING`] is within that solid too.
+fn overlap(tracer: &Tracer, bodies: &[Body], seed: u64) -> f64 {
     let bed = tracer.bed();
     if bed.placements.len() < 2 {
         return 0.0;
@@ -161,7 +181,10 @@ fn overlap(tracer: &Tracer, seed: u64) -> f64 {
         let place = &bed.placements[hit.placement];
         let other = &bed.meshes[place.mesh];
         let facet = cross(place.corners_um(other, other.triangles[hit.triangle]));
-        hit.placement != own && other.closed && place.handedness() * facet.dot(normal) > 0.0
+        hit.placement != own
+            && other.closed
+            && place.handedness() * facet.dot(normal) > 0.0
+            && bodies[hit.placement].holds(origin - TOUCHING * bodies[own].size_um() * normal)
     };
     let within = (0..PROBES).into_par_iter().filter(|&probe| is_within(probe)).count();
     within as f64 / PROBES as f64

@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::support::math;
 use crate::support::random::{Purpose, Source};
 use crate::table::cover::Cover;
 use crate::tracer::Tracer;
@@ -62,7 +63,7 @@ fn silhouette(tracer: &Tracer, mesh: usize, rays: u64, source: &Source) -> Vec<u
             let direction = even_direction(random.pair());
             let (right, up) = direction.any_orthonormal_pair();
             let [u, v] = random.pair();
-            let (sin, cos) = (std::f64::consts::TAU * v).sin_cos();
+            let (sin, cos) = math::sin_cos(std::f64::consts::TAU * v);
             let aside = radius * u.sqrt() * (cos * right + sin * up);
             let hit = alone.closest(aside - 2.0 * radius * direction, direction)?;
             Some(materials[hit])
@@ -74,7 +75,7 @@ fn silhouette(tracer: &Tracer, mesh: usize, rays: u64, source: &Source) -> Vec<u
 fn even_direction([u, v]: [f64; 2]) -> DVec3 {
     let height = 2.0 * u - 1.0;
     let ring = (1.0 - height * height).sqrt();
-    let (sin, cos) = (std::f64::consts::TAU * v).sin_cos();
+    let (sin, cos) = math::sin_cos(std::f64::consts::TAU * v);
     DVec3::new(ring * cos, ring * sin, height)
 }
 

@@ -1,10 +1,10 @@
 //! The bed beyond the sides of its domain: cells that all hold the same patch, each turned its own
 //! way.
 //!
-//! A rule gives the turn of every cell: none (copies), that of a mirror image, or a hash. So nothing
-//! is stored for a cell, and a field of any size takes the memory of its patch. A ray stays in the
-//! coordinates of the patch: crossing a side moves it to where it enters the patch again. So a place
-//! is as precise a metre away as in the first cell.
+//! A rule gives the turn of every cell: none (copies), that of a mirror image, or a hash. So
+//! nothing is stored for a cell, and a field of any size takes the memory of its patch. A ray stays
+//! in the coordinates of the patch: crossing a side moves it to where it enters the patch again. So
+//! a place is as precise a metre away as in the first cell.
 //!
 //! Mirror images join without a seam. Other cells do not: a cell holds the patch's solids up to its
 //! sides, and where a side cuts a solid there is a flat face of its material.
@@ -91,8 +91,8 @@ impl Field {
         }
     }
 
-    /// The sensor's ray at a place in its view, 0 to 1 from the left and from below. Of a field it is
-    /// a place in a patch, and `of_patch` gives that of the patch in the field.
+    /// The sensor's ray at a place in its view, 0 to 1 from the left and from below. Of a field it
+    /// is a place in a patch, and `of_patch` gives that of the patch in the field.
     pub(crate) fn start(&self, place: [f64; 2], of_patch: impl FnOnce() -> [f64; 2]) -> Ray {
         let mut cell = [0, 0];
         let patches = self.domain.patches;
@@ -110,8 +110,8 @@ impl Field {
         Ray { origin: place + below_um / direction.z * direction, direction, cell, turn }
     }
 
-    /// A ray from above, given in the scene's coordinates, where it enters the box of a cell. The middle
-    /// patch of a field stands where the domain is. `None` if the ray never comes down.
+    /// A ray from above, given in the scene's coordinates, where it enters the box of a cell. The
+    /// middle patch of a field stands where the domain is. `None` if the ray never comes down.
     pub(crate) fn enter(&self, origin: DVec3, direction: DVec3) -> Option<Ray> {
         let Domain { min_um: min, max_um: max, sides, patches, .. } = self.domain;
         if sides == Sides::Open {

@@ -1,7 +1,7 @@
 //! Paths traced backward from the sensor, and counts of what they hit.
 //!
-//! Facets are opaque and scatter a path independently of wavelength: a Lambertian one by the cosine,
-//! a specular one as a mirror. So one path serves every band.
+//! Facets are opaque and scatter a path independently of wavelength: a Lambertian one by the
+//! cosine, a specular one as a mirror. So one path serves every band.
 
 mod alone;
 mod bed_warnings;
@@ -9,6 +9,7 @@ pub mod bvh;
 pub mod coverage;
 pub(crate) mod field;
 pub(crate) mod footprint;
+pub mod light;
 pub mod rules;
 mod scatter;
 pub mod trace;
@@ -40,9 +41,9 @@ pub(crate) const WAVE: u64 = 1 << 15;
 const BLOCK: usize = 1024;
 
 /// Distance by which a ray's origin is lifted off its facet, as a share of the greatest coordinate:
-/// 256 times the rounding of a double. Hit points and their transforms from one mesh to another take
-/// some ten roundings, so the origin is certainly on the outer side of the facet and of those in its
-/// plane. For a bed one metre wide it is 3e-8 um.
+/// 256 times the rounding of a double. Hit points and their transforms from one mesh to another
+/// take some ten roundings, so the origin is certainly on the outer side of the facet and of those
+/// in its plane. For a bed one metre wide it is 3e-8 um.
 const LIFT: f64 = 128.0 * f64::EPSILON;
 
 /// Weight to which Russian roulette raises a path, by the greatest reflectance of each facet in any
@@ -76,9 +77,9 @@ pub struct FirstHit {
 
 /// What a ray meets.
 ///
-/// A ray is inside a solid if it meets a closed mesh from behind. The sensor is above everything, so
-/// this happens only where solids overlap, or so near to where two touch that the lifted origin is
-/// inside the other one.
+/// A ray is inside a solid if it meets a closed mesh from behind. The sensor is above everything,
+/// so this happens only where solids overlap, or so near to where two touch that the lifted origin
+/// is inside the other one.
 enum Event {
     /// On no mesh if it is the floor, or a solid that a side cuts.
     Hit {
@@ -132,14 +133,6 @@ impl Tracer {
         let (bed, accelerator) = (Arc::clone(&self.bed), Arc::clone(&self.accelerator));
         let (scene_sha256, lift_um) = (self.scene_sha256.clone(), Arc::clone(&self.lift_um));
         Self { bed, scene_sha256, accelerator, lift_um, field }
-    }
-
-    /// The bed without this many of its lowest grains; the trees of its meshes are shared.
-    #[must_use]
-    pub fn without_lowest(&self, grains: usize) -> Self {
-        let bed = self.bed.without_lowest(grains);
-        let accelerator = self.accelerator.of(&bed);
-        Self::with(bed, accelerator, self.scene_sha256.clone())
     }
 
     /// SHA-256 of the scene file and its meshes, if the bed was read from them.
@@ -205,7 +198,11 @@ impl Tracer {
                 for (place, net, point) in &mut *block {
                     tally.begin(group_of(*net, *place, CELLS_OF_VIEW), self.cell(*place));
                     let ray = self.field.start(*place, || point.pair());
-                    self.follow(rules, ray, point, &mut tally);
+                    if rules.nodes.is_empty() {
+                        self.follow(rules, ray, point, &mut tally);
+                    } else {
+                        self.follow_at_nodes(rules, ray, point, &mut tally);
+                    }
                 }
                 progress(block.len() as u64)?;
                 Ok(tally)
@@ -295,9 +292,9 @@ impl Tracer {
     /// together go on along one of them: along the first if it is blocked, since its hit is known,
     /// else along any.
     ///
-    /// Each direction has the distribution of a single one. So has the one that goes on, among those
-    /// that are blocked: all points of the lattice are alike, so the first is any of them with equal
-    /// probability. No mean changes, only its noise.
+    /// Each direction has the distribution of a single one. So has the one that goes on, among
+    /// those that are blocked: all points of the lattice are alike, so the first is any of them
+    /// with equal probability. No mean changes, only its noise.
     fn split(
         &self,
         scatter: &Scatter,

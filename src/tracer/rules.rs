@@ -3,6 +3,7 @@
 use crate::histogram::tally::Kept;
 use crate::support::random::Sampler;
 use crate::table::{Prepared, TableMaterial};
+use crate::tracer::light::Node;
 
 /// Hits after which a path is given up, whatever its weight: two mirrors face to face would hold it
 /// for ever.
@@ -38,10 +39,13 @@ pub struct TracingRules {
     /// Weight below which a path is given up: the product of these reflectances, times the share of
     /// the path that has not ended and the paths that it stands for.
     pub least_weight: f64,
+    /// What light does at each node, where facets are refractive.
+    pub nodes: Vec<Node>,
 }
 
 impl TracingRules {
-    /// The rules of a scene. They record the least that it needs, and give up no path for its weight.
+    /// The rules of a scene. They record the least that it needs, and give up no path for its
+    /// weight.
     pub fn new(prepared: &Prepared) -> Self {
         let of =
             |m: &TableMaterial| Facet { specular: m.specular, by_angle: m.spectrum.is_angular() };
@@ -49,11 +53,13 @@ impl TracingRules {
         let kept = prepared.kept;
         let greatest = vec![1.0; kept.symbols(facets.len())];
         let sampler = Sampler::Even;
-        Self { kept, facets, sampler, most_hits: MOST_HITS, greatest, least_weight: 0.0 }
+        let nodes = prepared.nodes.as_ref();
+        let nodes = nodes.map_or(Vec::new(), |nodes| Node::of(nodes, &prepared.materials));
+        Self { kept, facets, sampler, most_hits: MOST_HITS, greatest, least_weight: 0.0, nodes }
     }
 
-    /// Gives up paths whose weight is below `least_weight` in each of the bands, which are given as one
-    /// reflectance for each symbol.
+    /// Gives up paths whose weight is below `least_weight` in each of the bands, which are given as
+    /// one reflectance for each symbol.
     #[must_use]
     pub fn ending_below(mut self, least_weight: f64, bands: &[Vec<f64>]) -> Self {
         for (symbol, greatest) in self.greatest.iter_mut().enumerate() {

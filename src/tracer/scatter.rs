@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec2, DVec3};
 
 use crate::histogram::tally::PARTS;
+use crate::support::math;
 use crate::tracer::field::Ray;
 use crate::tracer::rules::Facet;
 
@@ -30,7 +31,9 @@ impl Scatter {
     ) -> Self {
         let (tangent, bitangent) = normal.any_orthonormal_pair();
         let frame = DMat3::from_cols(tangent, bitangent, normal);
-        let on_circle = DVec2::from_angle(std::f64::consts::TAU * turn);
+        // glam's own `from_angle` would call the system's sine.
+        let (sin, cos) = math::sin_cos(std::f64::consts::TAU * turn);
+        let on_circle = DVec2::new(cos, sin);
         Self { ray, point, facet, frame, share, on_circle }
     }
 
@@ -67,8 +70,8 @@ impl Scatter {
     }
 }
 
-/// A direction about the z axis with density cos / pi, above a point of the disc below it. `share` is
-/// the share of the disc nearer to the middle, below 1.
+/// A direction about the z axis with density cos / pi, above a point of the disc below it. `share`
+/// is the share of the disc nearer to the middle, below 1.
 fn cosine_direction(share: f64, on_circle: DVec2) -> DVec3 {
     // The share is below 1, so the direction never lies in the surface.
     (share.sqrt() * on_circle).extend((1.0 - share).sqrt())
@@ -109,8 +112,8 @@ mod tests {
         (to - from).rem_euclid(1.0)
     }
 
-    /// A path goes on along the first direction in place of any that is blocked. That is right if all
-    /// five are alike: from each the others lie as they lie from the first.
+    /// A path goes on along the first direction in place of any that is blocked. That is right if
+    /// all five are alike: from each the others lie as they lie from the first.
     #[test]
     fn the_five_directions_of_a_first_hit_are_alike() {
         let mut random = Source::new(1, Purpose::Result).stream(0);

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::geometry::ingest::Sources;
 use crate::histogram::Histogram;
-use crate::scene::{Grid, Scene};
+use crate::scene::{Grid, Origin, Scene, SceneGeometry};
 use crate::support::error::Error;
 use crate::support::monitor::Monitor;
 use crate::table::cover::Cover;
@@ -13,7 +13,7 @@ use crate::table::field::{Alone, FieldSummary};
 use crate::table::{self, Prepared, Stop, StopReason, Table, TableError, Target};
 use crate::tracer::rules::{MOST_HITS, TracingRules};
 use crate::tracer::until::{self, TracedPaths};
-use crate::tracer::{Tracer, bed_warnings, coverage};
+use crate::tracer::{Tracer, bed_warnings, coverage, light};
 
 /// Reads the meshes of a placed scene and makes them ready for tracing.
 pub fn tracer(scene: &Scene) -> Result<Tracer, Error> {
@@ -40,6 +40,10 @@ pub(crate) fn untraced(tracer: &Tracer, prepared: &Prepared, stop: Stop) -> Resu
     for (material, chord) in materials.iter_mut().zip(tracer.bed().mean_chords_um()) {
         material.mean_chord_um = chord;
     }
+    let origin = match &scene.geometry {
+        SceneGeometry::Placed(placed) => placed.origin,
+        SceneGeometry::Packing(_) => Origin::Given,
+    };
     let longest_um = stop.asked.grid.range_um().1;
     Ok(Table {
         soilsig_table: table::FORMAT,
@@ -58,6 +62,7 @@ pub(crate) fn untraced(tracer: &Tracer, prepared: &Prepared, stop: Stop) -> Resu
         materials,
         stop,
         floor: floor_alone(tracer),
+        origin,
         field: FieldSummary::of(tracer.bed()),
         numbers: [0, 0],
         paths: 0,
@@ -66,7 +71,8 @@ pub(crate) fn untraced(tracer: &Tracer, prepared: &Prepared, stop: Stop) -> Resu
         hits: 0,
         inside: Vec::new(),
         coverage: coverage(tracer, scene),
-        warnings: bed_warnings::of_bed(tracer, longest_um, scene.seed),
+        warnings: bed_warnings::of_bed(tracer, origin, longest_um, scene.seed),
+        nodes: prepared.nodes.clone(),
         histogram: Histogram::empty(prepared.kept),
         cells: None,
     })
@@ -79,7 +85,8 @@ pub struct Request<'a> {
     pub grid: &'a Grid,
     /// What to reach, and what at most to spend.
     pub target: Target,
-    /// File in which an interrupted trace leaves its paths. A trace of the same scene goes on from it.
+    /// File in which an interrupted trace leaves its paths. A trace of the same scene goes on from
+    /// it.
     pub partial: Option<&'a Path>,
     /// What the monitor is told is traced.
     pub what: &'a str,
@@ -104,6 +111,9 @@ pub fn trace(
 ) -> Result<Table, Error> {
     let Request { grid, target, partial, what } = request;
     let bands = &prepared.reflectances;
+    if prepared.nodes.is_some() {
+        light::check(tracer.bed(), &prepared.materials)?;
+    }
     let rules = TracingRules::new(prepared).ending_below(target.least_weight, bands);
     let names: Vec<&str> = tracer.bed().meshes.iter().map(|mesh| mesh.name.as_str()).collect();
     let empty = untraced(tracer, prepared, Stop::new(&target, grid.clone()))?;
@@ -140,6 +150,9 @@ pub fn trace(
         }
         _ => Ok(()),
     };
+    // The patch of a field is traced twice more, by as many paths.
+    let shares = if target.exactly.is_none() && empty.field.is_some() { 3.0 } else { 1.0 };
+    let target = Target { max_seconds: target.max_seconds.map(|s| s / shares), ..target };
     let request = until::Request {
         what,
         resume: earlier.as_ref(),

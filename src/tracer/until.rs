@@ -1,5 +1,5 @@
-//! Traces until the target is reached: a pilot estimates how many paths the tolerance needs, and the
-//! result is traced with paths of its own.
+//! Traces until the target is reached: a pilot estimates how many paths the tolerance needs, and
+//! the result is traced with paths of its own.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use crate::histogram::Histogram;
 use crate::histogram::tally::Tally;
 use crate::support::error::Error;
+use crate::support::math;
 use crate::support::monitor::Monitor;
 use crate::support::random::{LOT, Purpose};
 use crate::support::statistics::T_95;
@@ -178,7 +179,7 @@ fn paths_needed(tally: &Tally, request: &Request) -> (u64, bool) {
         return (tally.paths, reached);
     }
     let ratio = T_95 * weight.standard_error / room;
-    let needed = (met * ratio.powf(2.0 / EVENNESS)).max(least_met(tolerance)) * MARGIN;
+    let needed = (met * math::pow(ratio, 2.0 / EVENNESS)).max(least_met(tolerance)) * MARGIN;
     let paths = needed * tally.paths as f64 / met;
     ((paths.min(1e18) as u64).div_ceil(LOT) * LOT, reached)
 }
@@ -209,6 +210,7 @@ mod tests {
             most_hits: MOST_HITS,
             greatest: vec![0.5],
             least_weight: 0.0,
+            nodes: Vec::new(),
         };
         let of = |tolerance: f64| {
             let bands = [vec![0.5]];

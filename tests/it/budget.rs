@@ -1,12 +1,14 @@
-//! Where a result's uncertainty comes from: each part beside what it stands for, found by another way.
+//! Where a result's uncertainty comes from: each part beside what it stands for, found by another
+//! way.
 
 use std::fs;
 use std::path::Path;
 
 use insta::assert_snapshot;
 use serde_json::{Value, json};
+use soilsig::scene::Origin;
 use soilsig::scene::{Grid, Scene, SpectrumSource};
-use soilsig::signature::budget::{Budget, Origin, Share};
+use soilsig::signature::budget::{Budget, Share};
 use soilsig::signature::evaluate;
 use soilsig::spectrum::{PureBed, Spectrum};
 use soilsig::support::monitor::Unwatched;
@@ -51,15 +53,17 @@ fn traced(place: &Place, scene: &Value, seed: u64, tolerance: f64) -> Table {
 }
 
 fn budget(tables: &[Table], origin: Origin) -> Budget {
+    let tables: Vec<Table> = tables.iter().map(|t| Table { origin, ..t.clone() }).collect();
+    let tables = &tables[..];
     let bands = evaluate(tables, &[8.2, 9.0, 11.0]).expect("within the spectra's range");
-    Budget::new(tables, &bands, origin).expect("evaluated")
+    Budget::new(tables, &bands).expect("evaluated")
 }
 
 /// Share and emissivity at 9 um.
 fn at_9_um(table: &Table) -> (Share, f64) {
     let tables = std::slice::from_ref(table);
     let bands = evaluate(tables, &[9.0]).expect("within the spectra's range");
-    let budget = Budget::new(tables, &bands, Origin::Given).expect("evaluated");
+    let budget = Budget::new(tables, &bands).expect("evaluated");
     (budget.bands[0], bands[0].emissivity.mean)
 }
 
@@ -199,7 +203,8 @@ fn what_spectra_bring_is_what_changed_constants_change() {
         });
         (changed[0] - changed[1]) / 2.0
     };
-    // As docs/physics/quartz.md has the fits' errors; fines and floor share a spectrum, and err together.
+    // As docs/physics/quartz.md has the fits' errors; fines and floor share a spectrum, and err
+    // together.
     let coarse = half_of("quartz_coarse", 0.0043, &["coarse"]);
     let fine = half_of("quartz_fine", 0.006, &["fine", "floor"]);
     assert!((found - 1.96 * coarse.hypot(fine)).abs() < 0.02 * found, "{found} {coarse} {fine}");
@@ -209,7 +214,8 @@ fn what_spectra_bring_is_what_changed_constants_change() {
     assert_eq!(columns(&csv, &["spectra_half_width_95"])[0][0], 0.0);
 }
 
-/// Of the very bed that its facets were inverted by, the error is that of the powder and of the bed.
+/// Of the very bed that its facets were inverted by, the error is that of the powder and of the
+/// bed.
 #[test]
 fn inverted_facets_pass_the_powders_error_on() {
     let place = Place::new();
@@ -226,10 +232,37 @@ fn inverted_facets_pass_the_powders_error_on() {
     table.write(&path).expect("written");
     let bed = PureBed::read(&[path]).expect("a pure bed");
     let powder = Spectrum::builtin("quartz_coarse").expect("shipped");
-    let error = powder.error(9.0).expect("in range").expect("a fit").hypot(bed.standard_error);
+    let error = powder.error(9.0).expect("in range").hypot(bed.standard_error);
     table.materials[0].spectrum = Spectrum::Inverted(Box::new(powder), bed);
     let found = at_9_um(&table).0.spectra / 1.96;
     assert!((found / error - 1.0).abs() < 0.01, "{found} and {error}");
+}
+
+/// A table of a bed that was drawn says so wherever it is evaluated.
+#[test]
+fn a_single_table_of_a_drawn_bed_knows_that_others_differ() {
+    let place = Place::new();
+    let said = |origin: Option<&str>| {
+        let mut scene = shipped_json("settled_patch.json");
+        if let Some(origin) = origin {
+            scene["geometry"]["placed"]["origin"] = json!(origin);
+        }
+        place.write("s.json", scene.to_string());
+        let files = ["trace", "s.json", "--out", "t.json", "--tolerance", "0.02"];
+        place.run(&files, 0);
+        place.run(&["signature", "t.json", "--out", "s.csv"], 0).0
+    };
+    let half_width = |said: &str| -> f64 {
+        said.split("+- ")
+            .nth(1)
+            .and_then(|rest| rest.split(' ').next())
+            .expect("one")
+            .parse()
+            .expect("a number")
+    };
+    let (given, drawn) = (said(None), said(Some("drawn")));
+    assert!(given.contains("this geometry") && drawn.contains("one bed"), "{given}\n{drawn}");
+    assert!(half_width(&drawn) > 2.0 * half_width(&given), "{given}\n{drawn}");
 }
 
 #[test]
@@ -240,9 +273,16 @@ fn spectra_without_an_error_are_named() {
     fs::write(place.path("own.csv"), "wavelength_um,emissivity\n7,0.8\n15,0.8\n").expect("written");
     let source = SpectrumSource::File(place.path("own.csv"));
     table.materials[1].spectrum = Spectrum::resolve(&source, Path::new("")).expect("a spectrum");
-    let budget = budget(&[table], Origin::Given);
+    let budget = budget(std::slice::from_ref(&table), Origin::Given);
     assert_eq!(budget.spectra_unknown, ["coarse"]);
     assert!(budget.bands[0].spectra > 0.0, "those of the fines are known");
+    // An inverted file has at least the error of its pure bed.
+    let Spectrum::Tabulated(points) = &table.materials[1].spectrum else { panic!("a file") };
+    let powder = Box::new(Spectrum::Tabulated(points.clone()));
+    let bed = PureBed::shipped().clone();
+    let inverted = Spectrum::Inverted(powder, bed.clone());
+    assert!(!inverted.has_error());
+    assert!(inverted.error(9.0).expect("in range") > bed.standard_error / 2.0);
 }
 
 #[test]

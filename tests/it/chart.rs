@@ -55,7 +55,8 @@ fn a_chart_tells_bias_from_noise_and_draws_both() {
     assert!(of("as shipped", "4096 paths", "bias") < 3.0 * floor, "paths alone have no bias");
     let [few, many] = ["256 paths", "4096 paths"].map(|n| of("as shipped", n, "rms_error"));
     assert!(many < few / 2.5, "{many} is no fourth of {few}");
-    // Without the light between facets the troughs are far too deep; a path that ends at its first hits hides some.
+    // Without the light between facets the troughs are far too deep; a path that ends at its first
+    // hits hides some.
     assert!(of("areal mixture", "4096 paths", "bias") > 0.1);
     let [one, two, five] = ["up to 1 hit", "up to 2 hits", "up to 5 hits"]
         .map(|level| of(level, "4096 paths", "rms_error"));

@@ -1,5 +1,5 @@
-//! Where facets have their reflectance from: what `inverted` gives back, where `fresnel` does not hold, what is refused, and
-//! what a result says of all that.
+//! Where facets have their reflectance from: what `inverted` gives back, where `fresnel` does not
+//! hold, what is refused, and what a result says of all that.
 
 use std::fs;
 
@@ -103,7 +103,8 @@ fn the_shipped_pure_bed_is_one_and_denser_than_a_random_bed_of_spheres() {
     let Spectrum::Inverted(_, bed) = inverted(0.5) else { panic!("inverted") };
     let sum: f64 = bed.escaped.iter().chain(&bed.given_up).sum();
     assert!((sum - 1.0).abs() < 1e-9 && bed.standard_error < 0.01, "{sum} {}", bed.standard_error);
-    // Random beds of Lambertian spheres, volume fraction .33, from a computation of its own: looser, and so more emissive.
+    // Random beds of Lambertian spheres, volume fraction .33, from a computation of its own:
+    // looser, and so more emissive.
     for (facet, of_spheres) in
         [(0.371, 0.649), (0.5, 0.736), (0.76, 0.883), (0.858, 0.932), (0.95, 0.977)]
     {
@@ -189,7 +190,8 @@ fn bands_in_which_fresnel_grains_let_light_through_are_marked() {
     let table = Table::read(&place.path("t.json")).expect("a table");
     let chord_um = table.materials[0].mean_chord_um.expect("a closed box");
     assert!((chord_um - 200.0).abs() < 1e-9, "{chord_um}");
-    // exp(-4 pi k chord / wavelength), by the constants' k: .0402 and .0335 at 10 um, .0087 and .0082 at 11 um.
+    // exp(-4 pi k chord / wavelength), by the constants' k: .0402 and .0335 at 10 um, .0087 and
+    // .0082 at 11 um.
     for (um, valid) in [(9.0, true), (8.6, true), (11.0, false), (11.5, false)] {
         assert_eq!(table.materials[0].is_valid(um), valid, "{um}");
     }
@@ -279,6 +281,11 @@ fn a_result_says_where_facets_have_their_reflectance_from_and_what_that_means() 
         (json!({"inverted": {"spectrum": {"builtin": "quartz_fine"}}}), "inverted"),
         (json!({"fresnel": "quartz"}), "fresnel"),
         (json!({"constant": 0.9}), "constant"),
+        (
+            json!({"mix": [{"share": 0.7, "spectrum": {"builtin": "quartz_fine"}},
+                {"share": 0.3, "spectrum": {"constant": 0.95}}]}),
+            "mix",
+        ),
     ] {
         let scene = scene(&place, PLATE, &json!({"spectrum": spectrum}));
         let out = place.run(&["trace", &scene, "--out", "t.json", "--json"], 0).0;
@@ -286,6 +293,57 @@ fn a_result_says_where_facets_have_their_reflectance_from_and_what_that_means() 
         let facets = &reached["facets"]["quartz"];
         assert_eq!(facets["mode"], mode);
         said += &format!("{facets:#}\n");
+    }
+    assert_snapshot!(said);
+}
+
+/// Two facets face each other, so that a path meets several patches.
+#[test]
+fn a_mixed_facet_is_its_mean_by_area_in_the_scene_and_on_the_command_line() {
+    let place = Place::new();
+    fs::write(place.path("own.csv"), "8,0.2\n10,0.6\n").expect("written");
+    let mix = json!({"mix": [{"share": 0.25, "spectrum": {"file": "own.csv"}},
+        {"share": 0.75, "spectrum": {"constant": 0.8}}]});
+    let scene = scene(&place, GROOVE, &json!({"spectrum": mix}));
+    place.run(&["trace", &scene, "--out", "t.json", "--range", "9-9", "--paths", "20000"], 0);
+    let table = Table::read(&place.path("t.json")).expect("a table");
+    let mixed = emissivity(&table, &[9.0])[0];
+    let mut mean = table.clone();
+    mean.materials[0].spectrum = Spectrum::Constant(0.25 * 0.4 + 0.75 * 0.8);
+    assert!((emissivity(&mean, &[9.0])[0] - mixed).abs() < 1e-12);
+    // A bed of patches is not two beds side by side: paths meet patches of both kinds.
+    let [more, less] = [0.8, 0.4].map(|of| {
+        mean.materials[0].spectrum = Spectrum::Constant(of);
+        emissivity(&mean, &[9.0])[0]
+    });
+    assert!(mixed > 0.75 * more + 0.25 * less + 1e-4, "{mixed} {more} {less}");
+    let given = "quartz=mix:0.25*own.csv+0.75*0.8";
+    for (out, options) in [("first.csv", &[][..]), ("again.csv", &["--spectrum", given])] {
+        let args = ["signature", "t.json", "--range", "9-9", "--out", out];
+        place.run(&[&args[..], options].concat(), 0);
+    }
+    let [again, first] = ["again.csv", "first.csv"].map(|file| place.read(file));
+    assert_eq!(again, first);
+}
+
+#[test]
+fn what_is_no_mix_is_refused_with_its_place() {
+    let place = Place::new();
+    let grey = json!({"constant": 0.5});
+    let mut said = String::new();
+    for mix in [
+        json!([]),
+        json!([{"share": 0.5, "spectrum": grey}, {"share": 0.4, "spectrum": grey}]),
+        json!([{"share": 0, "spectrum": grey}, {"share": 1, "spectrum": grey}]),
+        json!([{"share": 1, "spectrum": {"fresnel": "quartz"}}]),
+        json!([{"share": 1, "spectrum": {"constant": 1.5}}]),
+    ] {
+        let scene = scene(&place, PLATE, &json!({"spectrum": {"mix": mix}}));
+        said += &place.failed(&["trace", &scene, "--out", "t.json"]);
+    }
+    for given in ["mix:0.5*0.9", "mix:0.9", "mix:0.5*0.9+0.5*fresnel:quartz", "inverted:mix:1*0.9"]
+    {
+        said += &place.failed(&["spectra", "show", given]);
     }
     assert_snapshot!(said);
 }

@@ -163,7 +163,8 @@ fn what_lies_beyond_a_kilometre_and_beds_of_other_sides_are_refused() {
     assert_snapshot!(told);
 }
 
-/// At 80 degrees a sky of 250 K at 60 and 290 K at 90 degrees changes by 1.6 % of a black body's radiance in half a degree.
+/// At 80 degrees a sky of 250 K at 60 and 290 K at 90 degrees changes by 1.6 % of a black body's
+/// radiance in half a degree.
 #[test]
 fn mirrors_under_a_sky_of_degrees_are_told_how_well_they_are_known() {
     let place = Place::new();
@@ -482,17 +483,17 @@ fn a_run_that_fails_leaves_an_earlier_result_alone_and_one_that_succeeds_replace
     assert!(files() == before, "a failed run changed an earlier result");
     // A record that names files of this run's, of an earlier one's and of nobody's.
     fs::write(place.path("mine"), "keep").expect("written");
-    fs::write(place.path("r/old.obj"), "stale").expect("written");
+    fs::write(place.path("r/scene.glb"), "stale").expect("written");
     let record = fs::read_to_string(place.path("r/run.json")).expect("written");
     let mut record: Value = serde_json::from_str(&record).expect("JSON");
-    let any = record["outputs"]["table.json"].clone();
     let absolute = place.path("mine").display().to_string();
-    for name in ["old.obj", "../mine", &absolute] {
-        record["outputs"][name] = any.clone();
+    for (name, file) in [("scene.glb", "r/scene.glb"), ("../mine", "mine"), (&*absolute, "mine")] {
+        let sum = soilsig::support::output::sha256_hex(&place.path(file)).expect("read");
+        record["outputs"][name] = serde_json::json!({"sha256": sum, "reproducible": true});
     }
     fs::write(place.path("r/run.json"), record.to_string()).expect("written");
     place.run(&["pipeline", "--scene", &scene, "--out", "r"], 0);
-    assert!(!place.path("r/old.obj").exists() && place.path("mine").exists());
+    assert!(!place.path("r/scene.glb").exists() && place.path("mine").exists());
 }
 
 #[test]

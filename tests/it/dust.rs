@@ -10,7 +10,8 @@ use serde_json::{Value, json};
 
 use crate::support::{Place, a_blender, real_blenders, without_numbers, without_places};
 
-/// Standard error of a share of the silhouette by the drop's lines, and that of one that a recipe asks for.
+/// Standard error of a share of the silhouette by the drop's lines, and that of one that a recipe
+/// asks for.
 const BY_LINES: f64 = 0.014;
 const BY_LINES_ASKED: f64 = 0.007;
 

@@ -66,6 +66,61 @@ fn a_scene_comes_back_from_dirsigs_files_with_the_same_emissivity() {
     }
 }
 
+/// A DIRSIG file of grey curves.
+fn ems(emissivities: &[f64]) -> String {
+    let curve = |e: &f64| format!("CURVE_BEGIN\n0.4 {e}\n20 {e}\n");
+    let curves: String = emissivities.iter().map(curve).collect();
+    format!("{}\n{}{curves}", emissivities.len(), "1.0\n".repeat(91))
+}
+
+/// Names with a #, comments behind values, objects and instances of other kinds, several curves.
+#[test]
+fn dirsigs_files_are_read_as_they_come_and_what_is_left_out_is_said() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    let put = |name: &str, text: &str| fs::write(at(name), text).expect("written");
+    put("pit.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl Class #3\nf 1 2 3\n");
+    put("plain.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    put("soil.ems", &ems(&[0.45, 0.5, 0.55]));
+    put("other.ems", &ems(&[0.9]));
+    let entry = |name: &str, file: &str| {
+        format!(
+            "# a material\nMATERIAL_ENTRY {{ # begins\n NAME = {name}\n ID = {}\n \
+             SURFACE_PROPERTIES {{\n  EMISSIVITY_PROP {{\n   FILENAME = {file}\n   \
+             SPECULAR_FRACTION = 0.25 # a quarter\n  }}\n }}\n TEMP_SOLVER {{\n  \
+             TEMPERATURE = 310 # K\n }}\n}} # ends\n",
+            70 + name.len()
+        )
+    };
+    put("a.mat", &(entry("Class #2", "other.ems") + &entry("Class #3", "soil.ems # mean")));
+    let object = |file: &str, places: &str| {
+        format!("OBJECT {{\n {file}\n UNITS = METERS # m\n INSTANCES {{\n{places} }}\n}}\n")
+    };
+    let place = "  INFO = 0, 0, 0, 1, 1, 1, 0, 0, 0 # here\n";
+    let pit = object("OBJ_FILENAME = pit.obj", &format!("{place}  INFO = pit.mov\n"));
+    let head = "DIRSIG_ODB = 1.0\n\n# one pit\n";
+    put("a.odb", &(head.to_owned() + &object("GDB_FILENAME = tree.gdb", place) + &pit));
+    let import = || export::import(&at("a.odb"), &at("a.mat"), folder.path());
+    let (scene, left_out) = import().expect("read");
+    let [material] = &scene.materials[..] else { panic!("{:?}", scene.materials) };
+    assert_eq!((&*material.name, material.specular), ("Class #3", Some(0.25)));
+    assert_eq!(scene.temperature_of(material), 310.0);
+    assert_eq!(material.spectrum, SpectrumSource::File("soil.ems".into()));
+    let mut told = left_out.join("\n") + "\n\n";
+    let mut refused = || {
+        let error = import().expect_err("it will not do");
+        told += &message(&error, error.hint());
+    };
+    fs::remove_file(at("soil.ems")).expect("removed");
+    refused();
+    put("soil.ems", &ems(&[0.5]));
+    put("a.odb", &(head.to_owned() + &object("OBJ_FILENAME = plain.obj", place)));
+    refused();
+    put("a.odb", &(head.to_owned() + &object("OBJ_FILENAME = pit.obj", "  INFO = pit.mov\n")));
+    refused();
+    assert_snapshot!(told);
+}
+
 /// Materials whose names are numbers: another's name is no ID.
 #[test]
 fn faces_keep_their_materials_whatever_these_are_called() {
@@ -77,6 +132,9 @@ fn faces_keep_their_materials_whatever_these_are_called() {
     };
     let list = entry("1", "2", "two.ems") + &entry("other", "1", "one.ems");
     fs::write(at("a.mat"), list).expect("written");
+    for file in ["one.ems", "two.ems"] {
+        fs::write(at(file), ems(&[0.5])).expect("written");
+    }
     let object = |places: &str| {
         format!("DIRSIG_ODB = 1.0\nOBJECT {{\n OBJ_FILENAME = a.obj\n UNITS = METERS\n{places}}}\n")
     };
@@ -92,8 +150,8 @@ fn faces_keep_their_materials_whatever_these_are_called() {
     assert_snapshot!(message(&error, error.hint()));
 }
 
-/// Mitsuba looks along z with x to the left: what turns its axes into the scene's is no mirror. And it is least exact far from the
-/// origin: the domain's middle stands there.
+/// Mitsuba looks along z with x to the left: what turns its axes into the scene's is no mirror. And
+/// it is least exact far from the origin: the domain's middle stands there.
 #[test]
 fn mitsubas_picture_is_not_mirrored_and_its_scene_is_about_the_origin() {
     let folder = tempfile::tempdir().expect("a temporary folder");

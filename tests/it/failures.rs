@@ -50,8 +50,8 @@ fn tries(outcome: &Outcome) -> Vec<String> {
     attempts.iter().map(name).collect()
 }
 
-/// Settings that spoil the first try; the second, with safer ones, makes a bed of it. Returns what is said of that in
-/// each Blender.
+/// Settings that spoil the first try; the second, with safer ones, makes a bed of it. Returns what
+/// is said of that in each Blender.
 fn cured(settings: &Value, grains: u32, tray_um: f64, failure: &str) -> BTreeSet<String> {
     let said_of = |blender: PathBuf| {
         let outcome = drop(&blender, settings, grains, tray_um);
@@ -136,7 +136,8 @@ fn grains_that_sink_into_each_other_are_found() {
     assert_said!(cured(&settings, 24, 1300.0, "overlap"));
 }
 
-/// The three models of collision: each settles, and fines stand closer to fines than hulls let them.
+/// The three models of collision: each settles, and fines stand closer to fines than hulls let
+/// them.
 #[test]
 fn every_model_of_collision_settles() {
     for blender in real_blenders() {

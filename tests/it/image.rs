@@ -1,4 +1,5 @@
-//! Images: what pixels see, how sure they are, and that nothing but the scene and the seed decides it.
+//! Images: what pixels see, how sure they are, and that nothing but the scene and the seed decides
+//! it.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -11,6 +12,7 @@ use soilsig::products::cube::Cube;
 use soilsig::products::image::{self, Asked, Made};
 use soilsig::radiometry::{brightness_temperature_k, planck, planck_derivative};
 use soilsig::scene::{Grid, Scene};
+use soilsig::support::error::Failure;
 use soilsig::support::monitor::Unwatched;
 use soilsig::support::output;
 use soilsig::table::{Prepared, Target};
@@ -311,6 +313,87 @@ fn the_sensors_noise_is_what_the_scene_asks_for() {
             assert!((stated / asked - 1.0).abs() < 1e-6, "black panels have no noise of rays");
         }
     }
+}
+
+/// The text of a header, and the bands that it names bad.
+fn header(out: &Path, name: &str) -> String {
+    fs::read_to_string(out.join(format!("{name}.hdr"))).expect("a header")
+}
+
+#[test]
+fn headers_name_the_bands_with_their_widths_and_no_errors_of_rounding() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let out = folder.path().join("out");
+    let bands = json!([
+        {"box": {"centre_um": 8.65, "width_um": 0.35}},
+        {"gaussian": {"centre_um": 9.1, "fwhm_um": 0.1}},
+        {"box": {"centre_um": 8.3, "width_um": 0.0}},
+    ]);
+    let scene = panels(&folder, "open", &json!({"pixels": [2, 2], "bands": bands}));
+    let made = make(&write(&folder, &scene), &grid(8.0, 12.0, 1.0), &asked(0.1), &out);
+    assert_eq!(made.warnings, Vec::<String>::new());
+    let text = header(&out, "radiance");
+    for line in [
+        "band names = {8.65 um, 9.1 um, 8.3 um}",
+        "wavelength = {8.65, 9.1, 8.3}",
+        "fwhm = {0.35, 0.1, 0}",
+    ] {
+        assert!(text.lines().any(|of| of == line), "{text}");
+    }
+    assert!(!text.contains("bbl"));
+}
+
+/// Fine grains measure below ten wavelengths.
+#[test]
+fn bands_in_which_grains_let_light_through_are_marked_and_warned_of() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let out = folder.path().join("out");
+    let path = patch(&folder, &json!({"pixels": [2, 2]}), |scene| {
+        scene["materials"][0]["spectrum"] = json!({"fresnel": "quartz"});
+        scene["materials"][1]["spectrum"] = json!({"fresnel": "quartz"});
+    });
+    let made = make(&path, &grid(8.0, 12.0, 1.0), &asked(0.2), &out);
+    let of_facets: Vec<&String> =
+        made.warnings.iter().filter(|text| text.contains("fresnel facets do not hold")).collect();
+    assert_eq!(of_facets.len(), 1, "{:?}", made.warnings);
+    let bad = cube(&out, "radiance").is_bad;
+    assert!(bad.contains(&true), "{bad:?}");
+    let text = header(&out, "emissivity");
+    assert!(text.lines().any(|line| line.starts_with("bbl = {")), "{text}");
+}
+
+#[test]
+fn bands_and_sizes_that_no_machine_holds_are_refused_before_the_work() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut told = String::new();
+    for bands in [
+        json!([{"gaussian": {"centre_um": 9.0, "fwhm_um": 1e18}}]),
+        json!([{"box": {"centre_um": 1e9, "width_um": 1.0}}]),
+        json!([{"grid": {"from_um": 8.0, "to_um": 9.0, "step_um": 0.1, "fwhm_um": 40.0}}]),
+    ] {
+        let scene = panels(&folder, "open", &json!({"pixels": [2, 2], "bands": bands}));
+        let error = Scene::read(&write(&folder, &scene)).expect_err("too wide");
+        told += &message(&error, error.hint());
+    }
+    fs::write(folder.path().join("wide.csv"), "um,response\n8,1\n1e9,1\n").expect("written");
+    let try_to = |sensor: &Value| {
+        let path = write(&folder, &panels(&folder, "open", sensor));
+        let scene = Scene::read(&path).expect("a scene");
+        let tracer = trace::tracer(&scene).expect("meshes");
+        let out = folder.path().join("out");
+        image::make(&tracer, &scene, &grid(7.5, 14.0, 1e-4), &asked(0.5), &out, &Unwatched)
+            .expect_err("too much")
+    };
+    for bands in
+        [json!([{"file": "wide.csv"}]), json!([{"box": {"centre_um": 3000.0, "width_um": 2500.0}}])]
+    {
+        let error = try_to(&json!({"pixels": [2, 2], "bands": bands}));
+        told += &message(&error, error.hint());
+    }
+    assert_snapshot!(told);
+    let error = try_to(&json!({"pixels": [16384, 16384]})).to_string();
+    let task = "an image of 16384 x 16384 pixels in 65001 bands takes 41877";
+    assert!(error.starts_with(task) && error.contains("are free"), "{error}");
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! Grains of the user's own: what `soilsig grains check` refuses, and how scenes and `--grains` use them.
+//! Grains of the user's own: what `soilsig grains check` refuses, and how scenes and `--grains` use
+//! them.
 
 use std::fmt::Write as _;
 use std::fs;

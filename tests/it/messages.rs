@@ -1,5 +1,7 @@
-//! What the program says of each kind of error, word by word. The snapshots are in `snapshots/`; after a change of words
-//! `INSTA_UPDATE=always cargo test` writes them anew, and the difference shows what users will read.
+//! What the program says of each kind of error, word by word. The snapshots are in `snapshots/`;
+//! after a change of words
+//! `INSTA_UPDATE=always cargo test` writes them anew, and the difference shows what users will
+//! read.
 
 use std::fmt::Write as _;
 use std::fs;

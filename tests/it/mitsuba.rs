@@ -1,8 +1,8 @@
-//! The shipped patch as `soilsig export` writes it, in Mitsuba 3: the same rays from the sensor into the same meshes, by a
-//! renderer of others.
+//! The shipped patch as `soilsig export` writes it, in Mitsuba 3: the same rays from the sensor
+//! into the same meshes, by a renderer of others.
 //!
-//! Sides are open: Mitsuba knows no mirrors that let the sensor in. The sensor sees the domain, and the bed beyond
-//! it stands.
+//! Sides are open: Mitsuba knows no mirrors that let the sensor in. The sensor sees the domain, and
+//! the bed beyond it stands.
 
 use std::fs;
 use std::io::Write as _;
@@ -68,6 +68,7 @@ fn ours(path: &Path) -> Vec<Mean> {
         most_hits: MOST_HITS,
         greatest: vec![1.0; 3],
         least_weight: 0.0,
+        nodes: Vec::new(),
     };
     let rules = rules.ending_below(1e-4, &bands);
     let tally = tracer.trace(&rules, 1, Purpose::Result, 0..PATHS, &|_| Ok(())).expect("traced");

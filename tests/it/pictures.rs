@@ -1,4 +1,5 @@
-//! `soilsig picture`: what is on the pictures, pixel by pixel, and that they are the same everywhere.
+//! `soilsig picture`: what is on the pictures, pixel by pixel, and that they are the same
+//! everywhere.
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
@@ -113,8 +114,8 @@ fn a_sphere_on_a_floor_has_its_colours_and_its_shadow_where_the_sun_casts_it() {
     assert!(r > g + 30 && g > b + 30, "amber: {r} {g} {b}");
     let [r, g, b] = at(-250.0, 250.0);
     assert!((r - b).abs() < 40 && b >= r, "grey: {r} {g} {b}");
-    // The sun is at (-.55, .35, .75): the shadow's middle lies 100 um times its slope away, and it reaches
-    // 87 + 132 um.
+    // The sun is at (-.55, .35, .75): the shadow's middle lies 100 um times its slope away, and it
+    // reaches 87 + 132 um.
     let sunward = |um: f64| light(at(-0.8437 * um, 0.5369 * um));
     let lit = sunward(270.0);
     assert!(sunward(-150.0) < 0.75 * lit && sunward(-200.0) < 0.75 * lit, "shadow");

@@ -45,8 +45,8 @@ impl Curve {
         }
     }
 
-    /// Mean level of a window, and the mean of the standard errors in it: bands share their paths, so that
-    /// the mean is no surer than a band.
+    /// Mean level of a window, and the mean of the standard errors in it: bands share their paths,
+    /// so that the mean is no surer than a band.
     fn level(&self, from: f64, to: f64) -> (f64, f64) {
         let inside: Vec<usize> =
             (0..self.um.len()).filter(|&i| self.um[i] >= from && self.um[i] <= to).collect();
@@ -83,8 +83,8 @@ fn assert_falling(what: &str, values: &[(f64, f64)]) {
     }
 }
 
-/// The signs that the paper's Fig. 6 shows, from beds that Blender has just made. One packing of each
-/// coverage: the error bars are those of the rays, set small, and the signs hold beyond them.
+/// The signs that the paper's Fig. 6 shows, from beds that Blender has just made. One packing of
+/// each coverage: the error bars are those of the rays, set small, and the signs hold beyond them.
 #[test]
 fn four_coverages_show_the_signs_of_the_paper() {
     let place = Place::new();

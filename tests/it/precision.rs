@@ -1,4 +1,5 @@
-//! Nothing small is lost: gaps, coplanar and narrow facets, in meshes of any size and scenes in any unit.
+//! Nothing small is lost: gaps, coplanar and narrow facets, in meshes of any size and scenes in any
+//! unit.
 
 use std::collections::HashSet;
 
@@ -16,7 +17,8 @@ use crate::support::shipped_path;
 /// Where the lines of a grid run, as shares of its width: narrow strips among them.
 const LINES: [f64; 9] = [0.0, 0.1, 0.100_003, 0.3, 0.37, 0.5, 0.500_003, 0.9, 1.0];
 
-/// A box of those sides about the origin, its top and bottom cut by `LINES`, its sides to match. Without
+/// A box of those sides about the origin, its top and bottom cut by `LINES`, its sides to match.
+/// Without
 /// `closed` it has two sides, and a ray may be in it.
 fn cut_box(size_um: DVec3, closed: bool) -> Mesh {
     let n = LINES.len() as u32;
@@ -59,8 +61,15 @@ fn trace(bed: Bed, most_hits: u16, paths: u64) -> Tally {
     let facets = vec![Facet::LAMBERTIAN; bed.materials];
     let greatest = vec![1.0; bed.materials];
     let sampler = Sampler::Even;
-    let rules =
-        TracingRules { kept: Kept::PLAIN, facets, sampler, most_hits, greatest, least_weight: 0.0 };
+    let rules = TracingRules {
+        kept: Kept::PLAIN,
+        facets,
+        sampler,
+        most_hits,
+        greatest,
+        least_weight: 0.0,
+        nodes: Vec::new(),
+    };
     Tracer::new(bed).trace(&rules, 3, Purpose::Result, 0..paths, &|_| Ok(())).expect("traced")
 }
 
@@ -156,9 +165,9 @@ fn a_gap_between_a_fine_and_its_host_is_kept() {
     }
 }
 
-/// The settled patch in other units. Vertices are singles, and most would be rounded anew in other units: here
-/// they are put on whole micrometres, and the units are such that all of them stay exact. What differs
-/// is the tracer's own rounding.
+/// The settled patch in other units. Vertices are singles, and most would be rounded anew in other
+/// units: here they are put on whole micrometres, and the units are such that all of them stay
+/// exact. What differs is the tracer's own rounding.
 #[test]
 fn a_bed_in_other_units_gives_the_same_table() {
     let path = shipped_path("settled_patch.json");
@@ -190,8 +199,8 @@ fn a_bed_in_other_units_gives_the_same_table() {
             other.by_group.escaped.keys().chain(as_it_is.by_group.escaped.keys()).collect();
         let apart: u64 =
             states.iter().map(|s| count(&other, *s).abs_diff(count(&as_it_is, *s))).sum();
-        // A path that differs is missing in one place and too many in another. Doubles round otherwise in
-        // other units, and a long path in a narrow gap magnifies that at every hit.
+        // A path that differs is missing in one place and too many in another. Doubles round
+        // otherwise in other units, and a long path in a narrow gap magnifies that at every hit.
         assert!(apart <= 2 * 4, "{scale}: {} of 2000 paths differ", apart.div_ceil(2));
     }
 }

@@ -1,4 +1,5 @@
-//! The chain from temperatures, sky and atmosphere to radiance and back, through scene files and the program.
+//! The chain from temperatures, sky and atmosphere to radiance and back, through scene files and
+//! the program.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -76,8 +77,8 @@ fn write_sky_by_zenith(place: &Place, l_sky: impl Fn(f64) -> f64, by: impl Fn(f6
 const FILE: &str = r#""sky_radiance": {"isotropic": "sky.csv"},"#;
 const FILE_BY_ZENITH: &str = r#""sky_radiance": {"by_zenith": "sky.csv"},"#;
 
-/// The best self-test of the chain: the geometry drops out of the retrieval. Where facets are dark paths are given
-/// up, and it holds still.
+/// The best self-test of the chain: the geometry drops out of the retrieval. Where facets are dark
+/// paths are given up, and it holds still.
 #[test]
 fn eq_2_is_eq_3_under_any_isotropic_sky_for_any_geometry() {
     let uneven = |um: f64| 3.0 + 2.9 * (40.0 * um).sin();
@@ -146,7 +147,8 @@ fn a_file_of_plancks_law_is_a_grey_sky_and_the_same_at_all_angles_an_isotropic_o
     }
 }
 
-/// A level plate reflects l_downwelling whatever the sky's angles are, so Eq. 2 holds there; a trough does not.
+/// A level plate reflects l_downwelling whatever the sky's angles are, so Eq. 2 holds there; a
+/// trough does not.
 #[test]
 fn under_a_sky_by_zenith_eq_2_is_said_not_to_be_exact_and_is_not() {
     let place = Place::new();
@@ -305,8 +307,8 @@ fn bands_that_tell_nothing_are_named_and_have_no_numbers_in_the_signature() {
     assert!(column(&less, "emissivity_eq2").iter().any(Option::is_none));
 }
 
-/// Sixteen panels of emissivity 1 and .9 from 250 to 350 K, each a pixel, under a sky at 200 K that one band of five
-/// does not let through.
+/// Sixteen panels of emissivity 1 and .9 from 250 to 350 K, each a pixel, under a sky at 200 K that
+/// one band of five does not let through.
 #[test]
 fn an_image_of_panels_gives_back_their_temperatures_and_emissivities() {
     let place = Place::new();
@@ -354,7 +356,8 @@ fn an_image_of_panels_gives_back_their_temperatures_and_emissivities() {
             assert!(e < 1.0 || (f64::from(t) - kelvin(line, sample)).abs() < 1e-4);
         }
     }
-    // By the radiance itself: NEM needs three bands within 8 to 12 um, which all pixels but none lack.
+    // By the radiance itself: NEM needs three bands within 8 to 12 um, which all pixels but none
+    // lack.
     let christiansen = [&args[..4], &["--method", "christiansen", "--out", "t.img"]].concat();
     said += &told(&christiansen, 0, &place.run(&christiansen, 0).1);
     assert_snapshot!(said);

@@ -1,4 +1,5 @@
-//! Files opened by the readers of others: ENVI images and libraries in SPy, NetCDF in xarray, CSV in pandas.
+//! Files opened by the readers of others: ENVI images and libraries in SPy, NetCDF in xarray, CSV
+//! in pandas.
 
 use std::fs;
 use std::path::Path;

@@ -1,7 +1,9 @@
-//! The bed's emissivity towards the sensor against what a forward tracer finds that it reflects there: light falls from all of
-//! the sky, by the cosine law, and at every hit what goes straight to the sensor is added up (Kirchhoff, Helmholtz).
+//! The bed's emissivity towards the sensor against what a forward tracer finds that it reflects
+//! there: light falls from all of the sky, by the cosine law, and at every hit what goes straight
+//! to the sensor is added up (Kirchhoff, Helmholtz).
 //!
-//! The forward tracer shares nothing with the library but the scene: it tests every triangle and has its own numbers.
+//! The forward tracer shares nothing with the library but the scene: it tests every triangle and
+//! has its own numbers.
 
 use std::fmt::Write as _;
 use std::fs;

@@ -1,6 +1,7 @@
 //! The pages of docs/reference are made from the schemas and the lists of columns in the code.
 //!
-//! `SOILSIG_WRITE_REFERENCE=1 cargo test --test it reference` writes them anew; else they must be as they are written.
+//! `SOILSIG_WRITE_REFERENCE=1 cargo test --test it reference` writes them anew; else they must be
+//! as they are written.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -204,6 +205,9 @@ fn results_are_documented_by_their_schemas_and_columns() {
                  results](../guide/reading_results.md) explains the numbers, and [files of numbers](columns.md) the \
                  columns.";
     keep("results.md", &page_of("The record of a run", intro, &schema::of(Format::Run)));
+    let intro = "`soilsig match` writes `match.json`. This page is made from the schema that `soilsig schema match` \
+                 prints. [Matching](../guide/matching.md) shows how to read it.";
+    keep("match.md", &page_of("The result of a match", intro, &schema::of(Format::Match)));
     let mut page = "# Files of numbers\n\n".to_owned();
     page += &wrapped(
         "Columns of the CSV files, from the lists that the program writes them by. What is not known, and bands that \
@@ -229,4 +233,161 @@ fn every_exit_status_is_documented() {
         let _ = writeln!(page, "| {} | {status:?} | {meaning} |", status as u8);
     }
     keep("exit_statuses.md", &page);
+}
+
+/// What is promised of files, processes and strangers, with the test that keeps it: the file of the
+/// test and its name.
+const PROMISES: [(&str, &str, &str); 26] = [
+    (
+        "A record does not choose the program that replays it",
+        "tests/it/strangers.rs",
+        "a_record_does_not_choose_the_program_that_replays_it",
+    ),
+    (
+        "The list of known Blenders does not choose the program",
+        "tests/it/strangers.rs",
+        "a_list_of_known_blenders_does_not_choose_the_program",
+    ),
+    (
+        "A record deletes only what a run wrote, by name and SHA-256",
+        "tests/it/strangers.rs",
+        "a_record_deletes_only_what_a_run_wrote_there",
+    ),
+    (
+        "No link inside a folder of results is followed",
+        "tests/it/strangers.rs",
+        "no_link_inside_a_result_is_written_through",
+    ),
+    (
+        "A cache that others may write to is refused",
+        "tests/it/strangers.rs",
+        "a_cache_of_others_is_refused",
+    ),
+    (
+        "The manifest of the cache names plain files of its own folder",
+        "src/support/cache.rs",
+        "a_manifest_names_plain_files_of_its_own_folder",
+    ),
+    (
+        "A record by another hand is refused by its key",
+        "tests/it/strangers.rs",
+        "a_record_by_another_hand_is_refused_by_its_key",
+    ),
+    (
+        "Devices named as inputs of a record are not read",
+        "tests/it/strangers.rs",
+        "an_input_of_a_record_that_is_no_file_is_not_read",
+    ),
+    (
+        "Names from files do not steer the terminal",
+        "tests/it/strangers.rs",
+        "names_of_strangers_do_not_steer_the_terminal",
+    ),
+    (
+        "Temporary folders are of their owner alone",
+        "src/support/scratch.rs",
+        "temporary_folders_are_of_their_owner_alone",
+    ),
+    (
+        "Without a home the cache lasts for the run",
+        "tests/it/places.rs",
+        "a_cache_is_in_a_place_of_the_users_own",
+    ),
+    (
+        "Devices and pipes are written to and stay",
+        "tests/it/places.rs",
+        "devices_and_pipes_are_written_to_and_stay",
+    ),
+    (
+        "Links in `--out` are followed, and modes are kept",
+        "tests/it/places.rs",
+        "links_are_followed_and_modes_are_kept",
+    ),
+    (
+        "No result is written over what it is made of",
+        "tests/it/command_line.rs",
+        "no_result_is_written_over_what_it_is_made_of",
+    ),
+    (
+        "One run at a time writes into a folder",
+        "tests/it/places.rs",
+        "a_folder_that_another_run_has_is_refused_with_its_process",
+    ),
+    (
+        "Runs that race do not mix",
+        "tests/it/places.rs",
+        "runs_that_race_for_a_folder_and_a_cache_do_not_mix",
+    ),
+    (
+        "A killed run leaves no half result, and the next clears up",
+        "tests/it/durable.rs",
+        "a_killed_run_leaves_an_earlier_result_or_a_whole_one_and_the_next_clears_up",
+    ),
+    (
+        "A write that fails leaves the earlier result as it was",
+        "tests/it/durable.rs",
+        "a_write_that_fails_leaves_the_earlier_result_as_it_was",
+    ),
+    (
+        "A standard error that cannot be written costs no result",
+        "tests/it/places.rs",
+        "a_standard_error_that_cannot_be_written_costs_no_result",
+    ),
+    (
+        "A signal is heard while a read waits",
+        "tests/it/places.rs",
+        "a_signal_is_heard_while_a_read_waits",
+    ),
+    (
+        "Blender does not outlive a killed soilsig",
+        "tests/it/blender_control/jobs.rs",
+        "blender_does_not_outlive_a_killed_soilsig",
+    ),
+    (
+        "A Blender that hangs is ended with all its children",
+        "tests/it/blender_control/jobs.rs",
+        "a_hang_is_ended_with_all_its_children",
+    ),
+    (
+        "If one of several Blenders fails, all end",
+        "tests/it/places.rs",
+        "a_blender_that_fails_ends_the_others",
+    ),
+    (
+        "The log of an earlier result stays as it was recorded",
+        "tests/it/places.rs",
+        "an_interrupted_drop_leaves_the_earlier_log",
+    ),
+    (
+        "The table is the same for any number of threads",
+        "tests/it/command_line.rs",
+        "the_table_is_the_same_for_any_number_of_threads",
+    ),
+    (
+        "Results do not depend on the processor's instruction set",
+        "tests/it/processors.rs",
+        "results_do_not_depend_on_the_instruction_set",
+    ),
+];
+
+#[test]
+fn every_promise_has_a_test_that_keeps_it() {
+    let mut page = "# Promises\n\n".to_owned();
+    page += &wrapped(
+        "What soilsig promises of files, processes and strangers' files, and the test that keeps it. \
+         `make torture` does what the tests of kills and failing writes do for longer. SECURITY.md \
+         says what a stranger's file can do.",
+        "",
+        "",
+    );
+    page += "\n| promise | test |\n|---|---|\n";
+    for (promise, file, test) in PROMISES {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+        let code = fs::read_to_string(&path).expect(file);
+        let at =
+            format!("#[test]\n{}fn {test}()", if file.starts_with("src") { "    " } else { "" });
+        assert!(code.contains(&at), "{test} is not in {file}");
+        let _ = writeln!(page, "| {promise} | `{test}` |");
+    }
+    keep("promises.md", &page);
 }

@@ -1,4 +1,5 @@
-//! What a scene may ask beyond one temperature, an isotropic sky and Lambertian facets, against values that are known.
+//! What a scene may ask beyond one temperature, an isotropic sky and Lambertian facets, against
+//! values that are known.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -97,7 +98,7 @@ fn the_least_is_kept_that_serves_the_scene() {
     assert_eq!(kept("", &[grey, warm]), Kept { order: true, ..Kept::PLAIN });
     assert_eq!(kept(by_zenith, &[grey, grey]), Kept { zeniths: 90, ..Kept::PLAIN });
     assert_eq!(kept("", &[grey, fresnel]), Kept { cosines: 64, ..Kept::PLAIN });
-    let all = Kept { order: true, cosines: 64, zeniths: 90 };
+    let all = Kept { order: true, cosines: 64, zeniths: 90, ..Kept::PLAIN };
     assert_eq!(kept(by_zenith, &[fresnel, warm]), all);
 }
 
@@ -130,8 +131,9 @@ fn each_material_emits_at_its_own_temperature() {
     assert!((relative - 1.0).abs() < 0.2, "{relative}");
 }
 
-/// A white plate returns what falls on it: of a sky that depends on the zenith angle its hemispherical mean if it is
-/// Lambertian, what comes from the mirrored direction if it is a mirror.
+/// A white plate returns what falls on it: of a sky that depends on the zenith angle its
+/// hemispherical mean if it is Lambertian, what comes from the mirrored direction if it is a
+/// mirror.
 #[test]
 fn a_sky_by_zenith_is_seen_where_paths_go() {
     let (zenith_deg, specular) = (50.0, 0.4);
@@ -197,8 +199,8 @@ fn fresnel_facets_reflect_by_the_angle_of_each_hit() {
     assert!((at(75.0) - at(0.0)).abs() > 0.01, "the angle matters");
 }
 
-/// A facet that is a mirror in part sends the same weight to the sky as any other of its reflectance: within a furnace
-/// nothing can be told.
+/// A facet that is a mirror in part sends the same weight to the sky as any other of its
+/// reflectance: within a furnace nothing can be told.
 #[test]
 fn an_isothermal_trough_under_a_sky_of_its_temperature_looks_black_whatever_its_facets() {
     let materials = [
@@ -218,8 +220,8 @@ fn an_isothermal_trough_under_a_sky_of_its_temperature_looks_black_whatever_its_
     assert!(band.emissivity.mean < 0.99, "though it does reflect");
 }
 
-/// Roulette ends paths by the spectra that they are traced for, and those that go on stand for them whatever spectra the table is
-/// evaluated with.
+/// Roulette ends paths by the spectra that they are traced for, and those that go on stand for them
+/// whatever spectra the table is evaluated with.
 #[test]
 fn what_roulette_ends_others_stand_for() {
     let case = Case::new(TROUGH, 0.0, "", &[r#""spectrum": {"constant": 0.5}"#; 2]);

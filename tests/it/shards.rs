@@ -1,5 +1,5 @@
-//! A trace in parts, elsewhere or at another time, is byte for byte the trace in one go; and what limits a trace is
-//! said.
+//! A trace in parts, elsewhere or at another time, is byte for byte the trace in one go; and what
+//! limits a trace is said.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -9,6 +9,7 @@ use std::time::Duration;
 use insta::assert_snapshot;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
+use serde_json::Value;
 
 use crate::support::{Place, shipped, shipped_json};
 
@@ -80,6 +81,42 @@ fn tables_that_are_no_parts_of_one_trace_are_refused() {
     }
     said += &place.refused(&["trace", "s.json", "--out", "w.json", "--shard", "1/3"], 2);
     assert_snapshot!(said);
+}
+
+#[test]
+fn an_unknown_key_anywhere_in_a_table_is_refused() {
+    let place = Place::new();
+    trace(&place, "t.json", &["--paths", "1024"]);
+    let table = place.json("t.json");
+    let mut objects = vec![String::new()];
+    let mut at = 0;
+    while at < objects.len() {
+        let found = table.pointer(&objects[at]).expect("it is in there");
+        let children: Vec<(String, &Value)> = match found {
+            Value::Object(keys) => keys.iter().map(|(key, value)| (key.clone(), value)).collect(),
+            Value::Array(items) => {
+                items.iter().enumerate().map(|(i, item)| (i.to_string(), item)).collect()
+            }
+            _ => Vec::new(),
+        };
+        let nested = children.into_iter().filter(|(_, value)| !value.is_number());
+        let pointers: Vec<String> =
+            nested.map(|(key, _)| format!("{}/{}", objects[at], key.replace('/', "~1"))).collect();
+        objects.extend(pointers);
+        at += 1;
+    }
+    // The keys of coverage are names.
+    objects.retain(|pointer| {
+        table.pointer(pointer).is_some_and(Value::is_object) && !pointer.starts_with("/coverage")
+    });
+    assert!(objects.iter().any(|pointer| pointer == "/stop"), "{objects:?}");
+    for pointer in objects {
+        let mut wrong = table.clone();
+        wrong.pointer_mut(&pointer).expect("it is in there")["tolerence"] = 9.into();
+        place.write("wrong.json", wrong.to_string());
+        let said = place.refused(&["signature", "wrong.json"], 3);
+        assert!(said.contains("wrong.json"), "{pointer}: {said}");
+    }
 }
 
 #[test]
@@ -170,7 +207,8 @@ fn limits_on_paths_and_time_leave_a_result_that_says_so() {
     assert_snapshot!(said);
 }
 
-/// Paths that all weigh the same are no proof that others would: what none of n saw may still have a share of 3 / n.
+/// Paths that all weigh the same are no proof that others would: what none of n saw may still have
+/// a share of 3 / n.
 #[test]
 fn no_spread_is_not_taken_for_certainty() {
     let place = Place::new();

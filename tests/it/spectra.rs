@@ -246,7 +246,7 @@ fn envi_libraries_in_single_precision_other_byte_order_units_scale_and_bad_bands
     for (from, to) in [
         ("samples = 4", "samples = 5"),
         ("Spectral Library", "Standard"),
-        ("data type = 4", "data type = 2"),
+        ("data type = 4", "data type = 6"),
         ("Nanometers", "Unknown"),
         ("8000,", ""),
     ] {

@@ -1,5 +1,5 @@
-//! The atlas of failure: where each row breaks, and that the tool says so before, or where, the error is beyond what the
-//! result claims.
+//! The atlas of failure: where each row breaks, and that the tool says so before, or where, the
+//! error is beyond what the result claims.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -111,7 +111,8 @@ fn eq_2_under_a_sky_by_zenith_is_said_not_to_be_exact() {
     assert_snapshot!(said(&row));
 }
 
-/// Paths are given up after 128 hits: the interval widens by what they may carry, and holds the closed form.
+/// Paths are given up after 128 hits: the interval widens by what they may carry, and holds the
+/// closed form.
 #[test]
 fn what_is_caught_in_a_white_cavity_widens_the_interval() {
     let row = swept("white_cavity", None);
@@ -323,8 +324,8 @@ fn recipes_of_no_grain_and_of_too_many_are_refused() {
     assert_snapshot!(said(&row));
 }
 
-/// Sweeps a row in every Blender there is to test with; the settings at `harmless` are good ones. Returns what is said
-/// at `refused`.
+/// Sweeps a row in every Blender there is to test with; the settings at `harmless` are good ones.
+/// Returns what is said at `refused`.
 fn drops(name: &str, harmless: f64, refused: f64) -> BTreeSet<String> {
     let said_of = |blender: PathBuf| {
         let row = swept(name, Some(&blender));

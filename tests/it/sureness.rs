@@ -1,4 +1,5 @@
-//! What a trace says of its own error is what traces of other seeds differ by. How often intervals hold the truth:
+//! What a trace says of its own error is what traces of other seeds differ by. How often intervals
+//! hold the truth:
 //! `make intervals`.
 
 use soilsig::histogram::{Histogram, Mean};
@@ -18,7 +19,8 @@ const PAIRS: u64 = 16;
 const BANDS_UM: [f64; 2] = [9.0, 11.0];
 const SAMPLERS: [Sampler; 2] = [Sampler::Even, Sampler::Independent];
 
-/// Of all comparisons together one set of seeds in a hundred may call a difference where there is none.
+/// Of all comparisons together one set of seeds in a hundred may call a difference where there is
+/// none.
 const LEVEL: f64 = 0.01;
 
 /// The variance of the means of all seeds, and the mean of the variances that each states.
@@ -29,10 +31,11 @@ fn variances(means: &[Mean]) -> (f64, f64) {
     (squares / (n - 1.0), means.iter().map(|of| of.standard_error.powi(2)).sum::<f64>() / n)
 }
 
-/// The variance that `SEEDS` means differ by has `SEEDS` - 1 degrees of freedom, the mean of what they state
-/// `SEEDS` times `PAIRS`: their ratio follows Fisher's F. With 159 and 2560 it is within .72 to 1.45 but once in a
-/// hundred sets of seeds. Evenly spread paths even out between cells, which no trace can tell of itself: theirs is
-/// rather above 1.
+/// The variance that `SEEDS` means differ by has `SEEDS` - 1 degrees of freedom, the mean of what
+/// they state
+/// `SEEDS` times `PAIRS`: their ratio follows Fisher's F. With 159 and 2560 it is within .72 to
+/// 1.45 but once in a hundred sets of seeds. Evenly spread paths even out between cells, which no
+/// trace can tell of itself: theirs is rather above 1.
 #[test]
 fn what_two_nets_differ_by_is_what_seeds_differ_by() {
     let comparisons = (BANDS_UM.len() * SAMPLERS.len()) as f64;

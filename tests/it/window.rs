@@ -1,5 +1,5 @@
-//! A grain authored in Blender's real window, under Xvfb: from an SEM image to the library, and from there
-//! through the pipeline to a signature. Debian's Blender 3.4 alone: bpy has no window.
+//! A grain authored in Blender's real window, under Xvfb: from an SEM image to the library, and
+//! from there through the pipeline to a signature. Debian's Blender 3.4 alone: bpy has no window.
 
 use std::env;
 use std::fs;

@@ -22,7 +22,12 @@ assert data.sizes == {"y": LINES, "wavelength": len(BANDS_UM), "x": SAMPLES}
 assert np.array_equal(data.wavelength, BANDS_UM)
 assert data.wavelength.attrs["units"] == "um"
 assert data.radiance.attrs["units"] == "W m-2 sr-1 um-1"
-assert data.radiance.attrs["ancillary_variables"] in data
+assert all(name in data for name in data.radiance.attrs["ancillary_variables"].split())
+assert "scene" in data.attrs["history"]
+# Upward and to the right, about the middle: as plots of xarray show them.
+assert (np.diff(data.y) < 0).all() and (np.diff(data.x) > 0).all()
+assert abs(data.y.mean()) < 1e-9 and abs(data.x.mean()) < 1e-9
+assert (data.valid == 1).all() and (data.band_width == 0).all()
 assert data.material.attrs["flag_meanings"].split() == ["fine", "coarse", "floor"]
 
 for name in ["radiance", "radiance_standard_error", "emissivity"]:
@@ -31,6 +36,7 @@ for name in ["radiance", "radiance_standard_error", "emissivity"]:
     image = envi.open(f"image/{name}.hdr")
     assert image.bands.band_unit == "Micrometers"
     assert np.array_equal(image.bands.centers, BANDS_UM)
+    assert image.metadata["band names"][:2] == ["8 um", "8.5 um"]
     assert np.array_equal(np.asarray(image.load()).transpose(2, 0, 1), ours), name
     assert np.array_equal(data[name].transpose("wavelength", "y", "x").values, ours), name
 

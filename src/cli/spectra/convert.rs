@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::{Input, wavelengths};
 use crate::cli::arguments::{file_of, positive};
+use crate::cli::terminal::tell;
 use crate::cli::usage;
 use crate::scene::Grid;
 use crate::spectrum::format;
@@ -40,7 +41,7 @@ pub(super) fn run(args: &Args) -> Result<(), Error> {
     for spectrum in &spectra {
         if let Spectrum::Tabulated(points) = spectrum {
             for warning in &points.warnings {
-                eprintln!("warning: {}: {warning}", points.file);
+                tell(&format!("warning: {}: {warning}", points.file));
             }
         }
     }
@@ -82,13 +83,13 @@ impl Args {
             };
             if self.step.is_some() && um.len() > 1 {
                 let error = resampling_error(spectrum, &um, &curve)?;
-                eprintln!(
+                tell(&format!(
                     "{}: resampling error RMS {:.2e}, largest {:+.2e} at {} um",
                     spectrum.name(),
                     error.rms,
                     error.largest,
                     error.at_um
-                );
+                ));
             }
             curves.push(curve);
         }
@@ -132,11 +133,11 @@ fn band_means(
     let differences = means.iter().zip(&points).map(|(mean, point)| mean - point);
     let largest = differences.zip(um).max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
     if let Some((difference, um)) = largest {
-        eprintln!(
+        tell(&format!(
             "{}: a band's mean differs from the value at its centre by {difference:+.2e} at most, \
              at {um} um",
             spectrum.name()
-        );
+        ));
     }
     Ok(means)
 }

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use super::arguments::{range, spectrum, spectrum_source};
 use super::{Context, Outcome, usage};
 use crate::scene::{Grid, SpectrumSource};
-use crate::spectrum::format::{self, Reading};
+use crate::spectrum::format::{self, Reading, Unit};
 use crate::spectrum::{Quantity, Spectrum, SpectrumError};
 use crate::support::error::Error;
 
@@ -39,8 +39,9 @@ enum Command {
 /// Spectra, and how their files are read.
 #[derive(clap::Args)]
 struct Input {
-    /// A shipped spectrum's name, fresnel:CONSTANTS, inverted: before a powder's, or a file:
-    /// ECOSTRESS or ASTER text, USGS splib07 text, ENVI .sli, DIRSIG .ems, two columns of text
+    /// A shipped spectrum's name, fresnel:CONSTANTS, inverted: before a powder's,
+    /// mix:SHARE*SPECTRUM+SHARE*SPECTRUM, or a file: ECOSTRESS, ASTER or USGS text, JCAMP-DX, ENVI
+    /// .sli, DIRSIG .ems, columns of text
     #[arg(required = true, value_name = "SPECTRUM")]
     spectra: Vec<String>,
     /// Only the spectrum of this name, of a file that holds several
@@ -49,6 +50,9 @@ struct Input {
     /// Meaning of the values, where the file does not say
     #[arg(long, value_name = "QUANTITY")]
     quantity: Option<Quantity>,
+    /// Unit of the wavelengths, where the file does not say
+    #[arg(long, value_name = "UNIT")]
+    unit: Option<Unit>,
     /// The file of wavelengths that belongs to USGS text
     #[arg(long, value_name = "FILE")]
     wavelengths: Option<PathBuf>,
@@ -81,6 +85,7 @@ impl Input {
         };
         let reading = Reading {
             quantity: self.quantity,
+            unit: self.unit,
             wavelengths: self.wavelengths.clone(),
             range_um: self.range.map(|(from, to)| [from - margin_um, to + margin_um]),
             is_response: false,

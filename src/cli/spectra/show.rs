@@ -50,6 +50,10 @@ pub(super) fn summary(spectrum: &Spectrum) -> String {
                 p.range_um[1]
             )
         }
+        Spectrum::Refractive(_, crystal) => format!(
+            "{}; facets that let light through, nothing fitted, {}-{} um",
+            crystal.title, crystal.range_um[0], crystal.range_um[1]
+        ),
         Spectrum::Fresnel(_, crystal) => format!(
             "{}; specular facets, nothing fitted, {}-{} um",
             crystal.title, crystal.range_um[0], crystal.range_um[1]
@@ -61,6 +65,7 @@ pub(super) fn summary(spectrum: &Spectrum) -> String {
         Spectrum::Inverted(powder, _) => {
             format!("facets of a bed with this spectrum: {}", summary(powder))
         }
+        Spectrum::Mix(_) => "patches side by side, mixed by area".into(),
     }
 }
 
@@ -71,7 +76,7 @@ pub(super) fn describe(spectrum: &Spectrum) -> String {
         Spectrum::Builtin(_, form) => {
             let _ = writeln!(text, "  source: {}", form.parameters.citation);
         }
-        Spectrum::Fresnel(_, crystal) => {
+        Spectrum::Fresnel(_, crystal) | Spectrum::Refractive(_, crystal) => {
             let _ = writeln!(text, "  source: {}", crystal.citation);
             text += "  the numbers below are the hemispherical emissivity of one facet\n";
         }
@@ -90,6 +95,11 @@ pub(super) fn describe(spectrum: &Spectrum) -> String {
                 "  pure bed: {}, standard error {:.4}",
                 pure_bed.title, pure_bed.standard_error
             );
+        }
+        Spectrum::Mix(mix) => {
+            for (share, spectrum) in mix.components() {
+                let _ = writeln!(text, "  {share} {}: {}", spectrum.name(), summary(spectrum));
+            }
         }
         Spectrum::Constant(_) => {}
     }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::draw::plot::axis::round_below;
 use crate::draw::plot::svg::{Anchor, Svg, text_width};
 use crate::draw::plot::{self, PlotError};
+use crate::support::math;
 
 /// Size of text, pixels.
 pub(crate) const TEXT: f64 = 15.0;
@@ -79,12 +80,12 @@ impl Canvas {
 /// Linear light as a level of sRGB, 0 to 1.
 fn encoded(light: f32) -> f32 {
     let light = light.clamp(0.0, 1.0);
-    if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
+    if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * math::powf(light, 1.0 / 2.4) - 0.055 }
 }
 
 /// A level of sRGB, 0 to 1, as linear light.
 pub(crate) fn linear(level: f32) -> f32 {
-    if level <= 0.040_45 { level / 12.92 } else { ((level + 0.055) / 1.055).powf(2.4) }
+    if level <= 0.040_45 { level / 12.92 } else { math::powf((level + 0.055) / 1.055, 2.4) }
 }
 
 /// What a scale bar is drawn on.

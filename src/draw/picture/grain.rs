@@ -11,7 +11,7 @@ use super::stage::Stage;
 use super::{Look, PictureError};
 use crate::draw::plot::svg::{Anchor, Svg, text_width};
 use crate::geometry::ingest;
-use crate::scene::{Material, Placed, Prototype, Scene, SceneGeometry};
+use crate::scene::{Material, Origin, Placed, Prototype, Scene, SceneGeometry};
 use crate::support::error::Error;
 use crate::support::file_error::FileError;
 use crate::support::monitor::Monitor;
@@ -39,7 +39,12 @@ pub fn grain(
         let problem = format!("there is no prototype {wanted:?}: it has {known}");
         PictureError::from(FileError::wrong(&scene.file, problem))
     })?;
-    let placed = Placed { prototypes: vec![chosen.clone()], instances: None, domain: None };
+    let placed = Placed {
+        prototypes: vec![chosen.clone()],
+        instances: None,
+        domain: None,
+        origin: Origin::Given,
+    };
     let alone = Scene { geometry: SceneGeometry::Placed(placed), ..scene.clone() };
     let bed = ingest::load(&alone)?;
     let to_eye = look.to_eye();

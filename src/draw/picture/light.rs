@@ -1,7 +1,7 @@
 //! The light of sun and sky on each piece of surface.
 //!
-//! The sky is many directions evenly over the upper hemisphere, the sun one more. Depth buffers tell
-//! what each direction lights, as they do for the camera.
+//! The sky is many directions evenly over the upper hemisphere, the sun one more. Depth buffers
+//! tell what each direction lights, as they do for the camera.
 
 use glam::{Affine3A, DVec3, Vec3, Vec3A};
 use rayon::prelude::*;
@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::camera::{Camera, corners};
 use super::stage::{Piece, Stage};
 use super::visible::{Body, Scratch, Window};
+use crate::support::math;
 use crate::support::monitor::{Interrupted, Monitor};
 
 /// Shares of the light on a horizontal surface in the open.
@@ -47,7 +48,7 @@ impl Lights {
         let (east, north) = zenith.any_orthonormal_pair();
         let sky_light = |i: usize| {
             let z = (i as f64 + 0.5) / sky as f64;
-            let (sin, cos) = (std::f64::consts::TAU * golden * i as f64).sin_cos();
+            let (sin, cos) = math::sin_cos(std::f64::consts::TAU * golden * i as f64);
             let r = (1.0 - z * z).sqrt();
             let towards = r * cos * east + r * sin * north + z * zenith;
             Light { towards, strength: 2.0 * SKY / sky as f64, detail: SKY_DETAIL }

@@ -1,5 +1,7 @@
 //! Axes: scales with ticks at round values.
 
+use crate::support::math;
+
 /// A linear or logarithmic scale from values to places on the page.
 pub(crate) struct Axis {
     is_log: bool,
@@ -29,7 +31,7 @@ impl Axis {
     pub(crate) fn place(&self, value: f64) -> f64 {
         let at = if self.is_log {
             // The logarithm of what is not above 0 is below every number, or NaN.
-            value.log10().max(self.low).min(self.high)
+            math::log10(value).max(self.low).min(self.high)
         } else {
             value
         };
@@ -44,9 +46,9 @@ impl Axis {
         };
         if !self.is_log {
             let step = round_step(self.high - self.low, self.most_ticks);
-            let mantissa = step / 10f64.powf(step.log10().floor());
+            let mantissa = step / math::pow(10.0, math::log10(step).floor());
             let parts = if (1.5..3.0).contains(&mantissa) { 4 } else { 5 };
-            let digits = (-step.log10() - 1e-9).ceil().max(0.0) as usize;
+            let digits = (-math::log10(step) - 1e-9).ceil().max(0.0) as usize;
             let small = step / parts as f64;
             let tick = |i: i64| {
                 let value = i as f64 * small;
@@ -65,7 +67,7 @@ impl Axis {
         (powers.start() - 1..=*powers.end())
             .flat_map(|power| (1..10).map(move |digit| tick(power, digit)))
             .filter(|(value, label)| {
-                ends.contains(&value.log10()) && (every == 1 || label.is_some())
+                ends.contains(&math::log10(*value)) && (every == 1 || label.is_some())
             })
             .collect()
     }
@@ -82,14 +84,14 @@ fn power_label(power: i32) -> String {
 /// The smallest of 1, 2 and 5 times a power of ten that divides `span` into at most `most` parts.
 pub(crate) fn round_step(span: f64, most: f64) -> f64 {
     let least = span / most;
-    let ten = 10f64.powf(least.log10().floor());
+    let ten = math::pow(10.0, math::log10(least).floor());
     let round = [1.0, 2.0, 5.0].map(|times| times * ten).into_iter();
     round.into_iter().find(|&step| step >= least * (1.0 - 1e-9)).unwrap_or(10.0 * ten)
 }
 
 /// The greatest of 1, 2 and 5 times a power of ten that is not above a number.
 pub(crate) fn round_below(most: f64) -> f64 {
-    let ten = 10f64.powf(most.log10().floor());
+    let ten = math::pow(10.0, math::log10(most).floor());
     [5.0, 2.0].map(|times| times * ten).into_iter().find(|&round| round <= most).unwrap_or(ten)
 }
 

@@ -1,6 +1,7 @@
 //! Places of labels: near their point, clear of the curve and of other labels.
 
 use super::svg::Point;
+use crate::support::math;
 
 /// Distance from a label to what it must not touch.
 const MARGIN: f64 = 3.0;
@@ -70,7 +71,7 @@ pub(crate) fn place(
         let (dx, dy) = (0.18 * size.0 * f64::from(column), 5.0 * f64::from(row));
         let area = Area::around((point.0 + dx, point.1 + dy), size);
         let (x, y) = area.nearest(point);
-        let distance = (x - point.0).hypot(y - point.1);
+        let distance = math::hypot(x - point.0, y - point.1);
         let wrong_side = if dy * side > 0.0 { 0.0 } else { 25.0 };
         let cost = distance + 0.2 * dx.abs() + wrong_side;
         let clear = distance >= 5.0

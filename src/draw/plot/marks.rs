@@ -6,6 +6,7 @@ use super::label::{self, Area};
 use super::legend::Pen;
 use super::svg::{Anchor, Point, Svg, text_width};
 use crate::spectrum::features::features;
+use crate::support::math;
 
 impl Plot {
     /// Circles at the extrema, on request with their wavelengths.
@@ -44,7 +45,7 @@ impl Plot {
 fn draw_mark(svg: &mut Svg, point: Point, area: &Area, text: &str) {
     let (x, y) = area.nearest(point);
     let (dx, dy) = (x - point.0, y - point.1);
-    let distance = dx.hypot(dy);
+    let distance = math::hypot(dx, dy);
     if distance > 9.0 {
         let at = |d: f64| (point.0 + dx * d / distance, point.1 + dy * d / distance);
         svg.line(&[at(4.0), at(distance - 1.5)], "stroke='#7a7a7a' stroke-width='0.7'");

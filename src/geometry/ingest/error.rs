@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use crate::geometry::MOST_PATCHES;
+use crate::geometry::{MOST_PATCHES, MOST_PLACEMENTS, MOST_TRIANGLES};
 use crate::scene::SceneError;
 use crate::support::error::Failure;
 use crate::support::file_error::FileError;
+use crate::support::resources::ResourceError;
 
 /// A mesh file cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -67,6 +68,28 @@ pub enum IngestError {
         /// Its greatest coordinate, um.
         farthest_um: f64,
     },
+    /// There are more placements, or triangles of a mesh, than can be traced.
+    #[error(
+        "{}: {placements} placed meshes, or {triangles} triangles in one mesh, cannot be traced: \
+         the most are {MOST_PLACEMENTS} and {MOST_TRIANGLES}",
+        path.display()
+    )]
+    Many {
+        /// The scene file.
+        path: PathBuf,
+        /// Its placements.
+        placements: usize,
+        /// Triangles of its largest mesh.
+        triangles: usize,
+    },
+    /// There is not memory enough.
+    #[error("{}: {source}", path.display())]
+    Memory {
+        /// The scene file.
+        path: PathBuf,
+        /// What is needed, and what is free.
+        source: ResourceError,
+    },
     /// Nothing is placed in the domain.
     #[error("{}: nothing stands within the domain", path.display())]
     Empty {
@@ -79,9 +102,8 @@ impl Failure for IngestError {
     fn hint(&self) -> Option<String> {
         Some(match self {
             Self::Scene(error) => return error.hint(),
-            Self::File(FileError::Read { .. }) => return None,
-            Self::File(FileError::Wrong { .. }) => {
-                "export the mesh again as triangles, or mend it in Blender".into()
+            Self::File(error) => {
+                return error.hint_or("export the mesh again as triangles, or mend it in Blender");
             }
             Self::NoObject { present, .. } if present.is_empty() => "the file names none".into(),
             Self::NoObject { present, .. } => format!("it has {}", listed(present)),
@@ -94,6 +116,9 @@ impl Failure for IngestError {
             }
             Self::Far { .. } => {
                 "give its prototypes the right \"unit_um\", and place it near the origin".into()
+            }
+            Self::Many { .. } | Self::Memory { .. } => {
+                "trace a smaller part of the bed, with \"sides\": \"mirror\" or \"field\"".into()
             }
             Self::Empty { .. } => "compare the domain with where the instances stand".into(),
             Self::Format { .. } => "export the mesh as .obj or .glb, for example in Blender".into(),

@@ -12,13 +12,18 @@ use std::path::{Path, PathBuf};
 use glam::{DAffine3, DMat3, DVec3};
 use sha2::{Digest, Sha256};
 
-use crate::geometry::{self, Bed, Domain, Mesh, Placement};
+use crate::geometry::{self, Bed, Domain, MOST_PLACEMENTS, MOST_TRIANGLES, Mesh, Placement};
 use crate::scene::{FARTHEST_UM, Placed, Prototype, Scene, Sides, UpAxis};
 use crate::support::file_error::FileError;
 use crate::support::output::{self, OutputError};
+use crate::support::resources;
 use obj::ObjFile;
 
 pub use error::IngestError;
+
+/// Memory that tracing takes for each placement and for each triangle of a mesh, measured.
+const PLACEMENT_BYTES: usize = 600;
+const TRIANGLE_BYTES: usize = 250;
 
 /// A mesh of a file, and where the file places it.
 type Part = (Mesh, Vec<DAffine3>);
@@ -98,19 +103,20 @@ impl Sources {
                 meshes.push(mesh);
             }
         }
-        let placements: Vec<Placement> = match &placed.instances {
-            None => parts.into_values().flatten().collect(),
-            Some(instances) => instances
-                .iter()
-                .flat_map(|instance| {
+        let mut placements = Vec::with_capacity(self.room(placed, &meshes, &parts)?);
+        match &placed.instances {
+            None => placements.extend(parts.into_values().flatten()),
+            Some(instances) => {
+                for instance in instances {
                     let place = affine(&instance.transform);
-                    parts[instance.prototype.as_str()].iter().map(move |part| Placement {
+                    let placed = |part: &Placement| Placement {
                         mesh: part.mesh,
                         to_scene: place * part.to_scene,
-                    })
-                })
-                .collect(),
-        };
+                    };
+                    placements.extend(parts[instance.prototype.as_str()].iter().map(placed));
+                }
+            }
+        }
         let not_far = |farthest_um: f64| {
             if farthest_um < FARTHEST_UM {
                 return Ok(());
@@ -138,6 +144,31 @@ impl Sources {
                 patches.ok_or_else(|| IngestError::Field { path: path.clone(), particles })?;
         }
         Ok(bed)
+    }
+
+    /// The number of placements, if they can be traced and there is memory for that.
+    fn room(
+        &self,
+        placed: &Placed,
+        meshes: &[Mesh],
+        parts: &BTreeMap<&str, Vec<Placement>>,
+    ) -> Result<usize, IngestError> {
+        let path = || self.scene.file.clone();
+        let of = |name: &str| parts[name].len();
+        let placements: usize = match &placed.instances {
+            None => parts.values().map(Vec::len).sum(),
+            Some(instances) => instances.iter().map(|instance| of(&instance.prototype)).sum(),
+        };
+        let most = meshes.iter().map(|mesh| mesh.triangles.len()).max().unwrap_or(0);
+        if placements > MOST_PLACEMENTS || most > MOST_TRIANGLES {
+            return Err(IngestError::Many { path: path(), placements, triangles: most });
+        }
+        let triangles: usize = meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+        let needed = (placements * PLACEMENT_BYTES + triangles * TRIANGLE_BYTES) as u64;
+        let task = format!("tracing {placements} placed meshes");
+        resources::need_memory(&task, needed)
+            .map_err(|source| IngestError::Memory { path: path(), source })?;
+        Ok(placements)
     }
 
     /// The meshes of one prototype.
@@ -182,13 +213,17 @@ struct Materials<'a> {
 }
 
 impl Materials<'_> {
+    /// The index of a material, if the scene has it.
+    fn known(&self, name: Option<&str>) -> Option<u16> {
+        let index = self.instead.or(name).and_then(|name| self.scene.material_index(name));
+        index.map(|index| index as u16)
+    }
+
     fn index(&self, object: &str, name: Option<&str>) -> Result<u16, IngestError> {
-        let wanted = self.instead.or(name);
-        let index = wanted.and_then(|name| self.scene.material_index(name));
-        index.map(|index| index as u16).ok_or_else(|| IngestError::NoMaterial {
+        self.known(name).ok_or_else(|| IngestError::NoMaterial {
             path: self.path.to_owned(),
             object: object.to_owned(),
-            material: wanted.map(str::to_owned),
+            material: self.instead.or(name).map(str::to_owned),
             known: self.scene.materials.iter().map(|m| m.name.clone()).collect(),
         })
     }

@@ -6,9 +6,14 @@ use super::{Cube, CubeError};
 use crate::spectrum::format::envi::bands_um;
 use crate::support::envi::{self, Contents, Header, Kind};
 use crate::support::output::OutputError;
+use crate::support::resources::need_memory;
 
 /// Endings that data files may have.
-const ENDINGS: [&str; 6] = ["img", "bsq", "bil", "bip", "dat", "raw"];
+const ENDINGS: [&str; 10] =
+    ["img", "bsq", "bil", "bip", "dat", "raw", "rdn", "rad", "rfl", "hyspex"];
+
+/// What an image takes in memory for each of its numbers: in its file, as read, and as results.
+const BYTES_OF_A_NUMBER: usize = 36;
 
 impl Cube {
     /// Data and header of an image that is named by either.
@@ -35,8 +40,11 @@ impl Cube {
         }
         let count = |key| header.count(key, None);
         let (lines, samples, bands) = (count("lines")?, count("samples")?, count("bands")?);
+        let bytes = [lines, samples, bands, BYTES_OF_A_NUMBER];
+        let bytes = bytes.iter().fold(1_u64, |all, &n| all.saturating_mul(n as u64));
+        need_memory(&format!("{} of {lines} x {samples} x {bands}", path.display()), bytes)?;
         let numbers = header.data([lines, samples, bands])?;
-        let bands_um = bands_um(&header, bands)?;
+        let bands_um = bands_um(&header, bands, None)?;
         // Steps in the file from one band, line and sample to the next.
         let steps = match header.get("interleave").unwrap_or("bsq").to_lowercase().as_str() {
             "bsq" => [lines * samples, samples, 1],
@@ -54,6 +62,7 @@ impl Cube {
             return Err(wrong(format!("two bands are at {um} um: leave out one of them")));
         }
         let mut cube = Self::new(lines, samples, bands_um.iter().map(|(um, _)| *um).collect());
+        cube.is_bad = bands_um.iter().map(|(_, is_good)| !is_good).collect();
         for (band, _) in bands_um.iter().enumerate().filter(|(_, (_, is_good))| *is_good) {
             for line in 0..lines {
                 for sample in 0..samples {
@@ -76,8 +85,10 @@ impl Cube {
             kind: Kind::Image,
             quantity,
             size: [self.samples, self.lines, self.wavelengths_um.len()],
-            names: &[],
+            names: &envi::band_names(&self.wavelengths_um),
             wavelengths_um: &self.wavelengths_um,
+            widths_um: &[],
+            is_bad: &self.is_bad,
         };
         envi::write(path, &contents, &data)
     }

@@ -2,17 +2,36 @@
 
 mod envi;
 
-use crate::support::error::Failure;
+use crate::support::error::{Failure, Status};
 use crate::support::file_error::FileError;
+use crate::support::resources::ResourceError;
 
 /// An image cannot be read.
 #[derive(Debug, thiserror::Error)]
-#[error(transparent)]
-pub struct CubeError(#[from] FileError);
+pub enum CubeError {
+    /// The file cannot be read, or is not such an image.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// It is too large for the memory.
+    #[error(transparent)]
+    Resource(#[from] ResourceError),
+}
 
 impl Failure for CubeError {
     fn hint(&self) -> Option<String> {
-        self.0.hint_or("docs/guide/images.md says which ENVI images are read")
+        match self {
+            Self::File(error) => {
+                error.hint_or("docs/guide/images.md says which ENVI images are read")
+            }
+            Self::Resource(_) => Some("cut the image into parts".into()),
+        }
+    }
+
+    fn status(&self) -> Status {
+        match self {
+            Self::File(error) => error.status(),
+            Self::Resource(error) => error.status(),
+        }
     }
 }
 
@@ -25,6 +44,8 @@ pub struct Cube {
     pub samples: usize,
     /// Wavelengths of the bands, um.
     pub wavelengths_um: Vec<f64>,
+    /// Whether the header's list of bad bands leaves a band out.
+    pub is_bad: Vec<bool>,
     /// Numbers band by band, in each band line by line. Radiance is in W m-2 sr-1 um-1.
     pub data: Vec<f32>,
 }
@@ -33,7 +54,8 @@ impl Cube {
     /// A cube of NaN.
     pub fn new(lines: usize, samples: usize, wavelengths_um: Vec<f64>) -> Self {
         let data = vec![f32::NAN; lines * samples * wavelengths_um.len()];
-        Self { lines, samples, wavelengths_um, data }
+        let is_bad = vec![false; wavelengths_um.len()];
+        Self { lines, samples, wavelengths_um, is_bad, data }
     }
 
     /// The index of a number in the data.

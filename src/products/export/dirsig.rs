@@ -25,7 +25,11 @@ pub(super) fn write(exported: &Exported, wavelengths_um: &[f64], out: &Path) -> 
         let id = number + 1;
         let curve = format::sampled(&material.spectrum, wavelengths_um)?;
         let curves = [(material.name.clone(), curve)];
-        format::write(&out.join(format!("material_{id}.ems")), wavelengths_um, &curves)?;
+        format::write(
+            &output::within(out, &format!("material_{id}.ems"))?,
+            wavelengths_um,
+            &curves,
+        )?;
         let temperature_k = scene.temperature_of(of_scene);
         let TableMaterial { name, specular, .. } = material;
         let _ = write!(
@@ -70,7 +74,10 @@ pub(super) fn write(exported: &Exported, wavelengths_um: &[f64], out: &Path) -> 
     for (number, mesh) in bed.meshes.iter().enumerate() {
         let file = format!("mesh_{number}.obj");
         let parts = parts(mesh, materials.len());
-        output::bytes(&out.join(&file), obj_text(&mesh.name, &mesh.vertices, &parts).as_bytes())?;
+        output::bytes(
+            &output::within(out, &file)?,
+            obj_text(&mesh.name, &mesh.vertices, &parts).as_bytes(),
+        )?;
         let places = bed.placements.iter().filter(|place| place.mesh == number);
         object(&file, &mut places.map(|place| matrix(&place.to_scene, METRE_UM)));
     }
@@ -79,12 +86,15 @@ pub(super) fn write(exported: &Exported, wavelengths_um: &[f64], out: &Path) -> 
         let corners = [[-far, -far], [far, -far], [far, far], [-far, far]];
         let corners = corners.map(|[x, y]| Vec3::new(x, y, 0.0));
         let parts = [(usize::from(material), vec![[0, 1, 2], [0, 2, 3]])];
-        output::bytes(&out.join("floor.obj"), obj_text("floor", &corners, &parts).as_bytes())?;
+        output::bytes(
+            &output::within(out, "floor.obj")?,
+            obj_text("floor", &corners, &parts).as_bytes(),
+        )?;
         let place = DAffine3::from_translation(glam::DVec3::new(0.0, 0.0, z_um));
         object("floor.obj", &mut std::iter::once(matrix(&place, METRE_UM)));
     }
-    output::bytes(&out.join("scene.mat"), mat.as_bytes())?;
-    Ok(output::bytes(&out.join("scene.odb"), odb.as_bytes())?)
+    output::bytes(&output::within(out, "scene.mat")?, mat.as_bytes())?;
+    Ok(output::bytes(&output::within(out, "scene.odb")?, odb.as_bytes())?)
 }
 
 fn obj_text(name: &str, vertices: &[Vec3], parts: &[(usize, Vec<[u32; 3]>)]) -> String {

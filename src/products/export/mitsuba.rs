@@ -56,7 +56,7 @@ pub(super) fn write(exported: &Exported, wavelengths_um: &[f64], out: &Path) -> 
         let _ = writeln!(xml, "  <shape type=\"shapegroup\" id=\"mesh{number}\">");
         for (material, triangles) in parts(mesh, materials.len()) {
             let file = format!("meshes/{number}_{material}.ply");
-            write_ply(&mesh.vertices, &triangles, &out.join(&file))?;
+            write_ply(&mesh.vertices, &triangles, &output::within(out, &file)?)?;
             let _ = writeln!(
                 xml,
                 "    <shape type=\"ply\"><string name=\"filename\" value=\"{file}\"/>\
@@ -119,7 +119,7 @@ pub(super) fn write(exported: &Exported, wavelengths_um: &[f64], out: &Path) -> 
         away_um * 100.0,
         transform(&place)
     );
-    Ok(output::bytes(&out.join("scene.xml"), xml.as_bytes())?)
+    Ok(output::bytes(&output::within(out, "scene.xml")?, xml.as_bytes())?)
 }
 
 /// Writes triangles of a mesh in single precision.

@@ -12,9 +12,10 @@ use glam::{DAffine3, DMat3, DVec3, EulerRot};
 
 use crate::geometry::ingest::obj::ObjFile;
 use crate::scene::{
-    FORMAT, Instance, Material, Placed, Prototype, Scene, SceneGeometry, SpectrumSource, UpAxis,
-    View,
+    FORMAT, Instance, Material, Origin, Placed, Prototype, Scene, SceneGeometry, SpectrumSource,
+    UpAxis, View,
 };
+use crate::spectrum::format::{self, Reading};
 use crate::support::error::Failure;
 use crate::support::file_error::FileError;
 use crate::support::text;
@@ -54,17 +55,19 @@ impl<'a> Section<'a> {
         let mut open = Vec::new();
         let mut section = Self::new(path, "", 1);
         for (number, line) in (1..).zip(text::read(path)?.lines()) {
-            let line = line.split('#').next().unwrap_or_default().trim();
-            if let Some(name) = line.strip_suffix('{') {
+            let line = line.trim();
+            let code = without_comment(line);
+            let pair = line.split_once('=').filter(|_| !line.starts_with('#'));
+            if let Some(name) = code.strip_suffix('{').filter(|name| !name.contains('=')) {
                 open.push(std::mem::replace(&mut section, Self::new(path, name.trim(), number)));
-            } else if line == "}" {
+            } else if code == "}" {
                 let outer =
                     open.pop().ok_or_else(|| section.wrong(number, "a } closes nothing"))?;
                 let inner = std::mem::replace(&mut section, outer);
                 section.sections.push(inner);
-            } else if let Some((key, value)) = line.split_once('=') {
+            } else if let Some((key, value)) = pair {
                 section.values.push((key.trim().to_owned(), value.trim().to_owned(), number));
-            } else if !line.is_empty() {
+            } else if !code.is_empty() {
                 return Err(section.wrong(number, "this is neither NAME = VALUE nor NAME {"));
             }
         }
@@ -83,19 +86,44 @@ impl<'a> Section<'a> {
         self.wrong(self.line, what)
     }
 
-    /// The value of a key, with its line.
+    /// The value of a key, with its line. Names and files may have a # in them.
     fn get(&self, key: &str) -> Option<(&str, u64)> {
         let (_, value, line) = self.values.iter().find(|(name, ..)| name == key)?;
         Some((value, *line))
+    }
+
+    /// A value that has no # but that of a comment.
+    fn word(&self, key: &str) -> Option<(&str, u64)> {
+        self.get(key).map(|(value, line)| (without_comment(value), line))
     }
 
     fn section(&self, name: &str) -> Option<&Self> {
         self.sections.iter().find(|section| section.name == name)
     }
 
-    /// A file that is named here, relative to this one.
+    /// A file that is named here, relative to this one. A comment may follow the name.
     fn file(&self, name: &str) -> PathBuf {
-        self.path.parent().unwrap_or(Path::new("")).join(name)
+        let of = |name| self.path.parent().unwrap_or(Path::new("")).join(name);
+        [name, without_comment(name)]
+            .map(of)
+            .into_iter()
+            .find(|file| file.exists())
+            .unwrap_or_else(|| of(name))
+    }
+
+    /// The unit of an object's lengths, um.
+    fn unit_um(&self) -> Result<f64, DirsigError> {
+        Ok(match self.word("UNITS") {
+            None => return Err(self.lacks("the object has no UNITS")),
+            Some(("METERS", _)) => 1e6,
+            Some(("CENTIMETERS", _)) => 1e4,
+            Some(("MILLIMETERS", _)) => 1e3,
+            Some(("INCHES", _)) => 25_400.0,
+            Some(("FEET", _)) => 304_800.0,
+            Some((other, line)) => {
+                return Err(self.wrong(line, format!("UNITS = {other} is not known")));
+            }
+        })
     }
 
     fn number(&self, value: Option<(&str, u64)>) -> Result<Option<f64>, DirsigError> {
@@ -104,6 +132,10 @@ impl<'a> Section<'a> {
         };
         value.map(parsed).transpose()
     }
+}
+
+fn without_comment(text: &str) -> &str {
+    text.split('#').next().unwrap_or_default().trim()
 }
 
 /// Makes a scene of a .odb and a .mat file, for a scene file in `folder`. The sensor looks straight
@@ -127,22 +159,27 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
             left_out.push(format!("{} in line {} of the .odb", object.name, object.line));
             continue;
         }
-        let (file, _) = object
-            .get("OBJ_FILENAME")
-            .ok_or_else(|| object.lacks("the object has no OBJ_FILENAME"))?;
-        let unit_um = match object.get("UNITS") {
-            None => return Err(object.lacks("the object has no UNITS")),
-            Some(("METERS", _)) => 1e6,
-            Some(("CENTIMETERS", _)) => 1e4,
-            Some(("MILLIMETERS", _)) => 1e3,
-            Some(("INCHES", _)) => 25_400.0,
-            Some(("FEET", _)) => 304_800.0,
-            Some((other, line)) => {
-                return Err(object.wrong(line, format!("UNITS = {other} is not known")));
-            }
+        let Some((file, _)) = object.get("OBJ_FILENAME") else {
+            let of = object.values.iter().find(|(key, ..)| key.ends_with("_FILENAME"));
+            let of = of.map_or(String::new(), |(key, value, _)| format!(" ({key} = {value})"));
+            left_out.push(format!(
+                "the object in line {} of the .odb{of}: only objects with OBJ_FILENAME are read",
+                object.line
+            ));
+            continue;
         };
+        let unit_um = object.unit_um()?;
         let file = object.file(file);
-        names.extend(ObjFile::read(&file)?.materials().iter().cloned());
+        let obj = ObjFile::read(&file)?;
+        let of_faces = obj.materials();
+        if of_faces.is_empty() {
+            return Err(FileError::wrong(&file, "its faces name no material")
+                .with_hint(
+                    "name the ID of a material of the .mat file above the faces: `usemtl ID`",
+                )
+                .into());
+        }
+        names.extend(of_faces.into_iter().map(str::to_owned));
         let name = format!("object_{}", prototypes.len());
         let places = object.section("INSTANCES").map_or(&[][..], |section| &section.values);
         if places.is_empty() {
@@ -156,9 +193,13 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
                 left_out.push(format!("{key} in line {line} of the .odb"));
                 continue;
             }
-            let transform = place(value).ok_or_else(|| {
-                object.wrong(*line, "an instance is 9 numbers or the 16 of a 4 x 4 matrix")
-            })?;
+            let Some(transform) = place(without_comment(value)) else {
+                left_out.push(format!(
+                    "INFO = {value} in line {line} of the .odb: an instance is 9 numbers or the 16 \
+                     of a 4 x 4 matrix"
+                ));
+                continue;
+            };
             instances.push(Instance { prototype: name.clone(), transform });
         }
         prototypes.push(Prototype {
@@ -171,7 +212,10 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
         });
     }
     if instances.is_empty() {
-        return Err(objects.lacks("no object has INSTANCES"));
+        return Err(objects.lacks(&format!(
+            "no object with an instance can be read: {}",
+            left_out[1..].join("; ")
+        )));
     }
     let materials = materials(mat, &names, folder, &mut left_out)?;
     let scene = Scene {
@@ -192,6 +236,7 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
             prototypes,
             instances: Some(instances),
             domain: None,
+            origin: Origin::Given,
         }),
     };
     Ok((scene, left_out))
@@ -210,7 +255,8 @@ fn materials(
         // Faces name the ID. Only if no ID matches, it may be a NAME.
         let called = |keys: [&str; 2]| {
             list.sections.iter().find(|entry| {
-                keys.iter().any(|key| entry.get(key).is_some_and(|(value, _)| value == name))
+                let is = |value: &str| value == name || without_comment(value) == name;
+                keys.iter().any(|key| entry.get(key).is_some_and(|(value, _)| is(value)))
             })
         };
         let entry = called(["ID", "MATERIAL_ID"])
@@ -224,17 +270,27 @@ fn materials(
         let (file, _) = of_property("FILENAME")
             .or_else(|| entry.get("EMISSIVITY_FILE"))
             .ok_or_else(|| entry.lacks(&format!("material {name:?} has no emissivity file")))?;
+        let file = list.file(file);
+        let spectrum = format::read_one(&file, &Reading::default()).map_err(|error| {
+            let problem = format!("material {name:?}: {error}");
+            FileError::wrong_in_line(list.path, entry.line, problem)
+        })?;
+        for warning in &spectrum.warnings {
+            left_out.push(format!("material {name:?}: {warning}"));
+        }
         let solver = entry.section("TEMP_SOLVER");
-        let temperature_k = entry.number(solver.and_then(|solver| solver.get("TEMPERATURE")))?;
+        let temperature_k = entry.number(solver.and_then(|solver| solver.word("TEMPERATURE")))?;
         if temperature_k.is_none() {
             left_out.push(format!(
                 "material {name:?} has no fixed temperature: it has {TEMPERATURE_K} K here"
             ));
         }
-        let specular = of_property("SPECULAR_FRACTION").or_else(|| entry.get("SPECULARITY"));
+        let specular = property
+            .and_then(|property| property.word("SPECULAR_FRACTION"))
+            .or_else(|| entry.word("SPECULARITY"));
         materials.push(Material {
             name: name.clone(),
-            spectrum: SpectrumSource::File(seen_from(&list.file(file), folder)),
+            spectrum: SpectrumSource::File(seen_from(&file, folder)),
             temperature_k,
             specular: entry.number(specular)?,
         });

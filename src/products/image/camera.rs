@@ -6,6 +6,7 @@ use super::ImageError;
 use crate::draw::picture::camera::level;
 use crate::geometry::Bed;
 use crate::scene::{Optics, Sensor, Sides};
+use crate::support::math;
 use crate::tracer::footprint::Footprint;
 
 /// Pixels of a line without a sensor.
@@ -59,7 +60,7 @@ impl Camera {
                     let height_um = point.z - domain.max_um.z;
                     return Err(ImageError::Within { distance_um, height_um });
                 }
-                let width = 2.0 * (field_of_view_deg.to_radians() / 2.0).tan();
+                let width = 2.0 * math::tan(field_of_view_deg.to_radians() / 2.0);
                 let (right, up) = (width * right, width * aspect * up);
                 Rays::Through { point, corner: -to_sensor - (right + up) / 2.0, right, up }
             }
@@ -87,10 +88,18 @@ impl Camera {
         }
     }
 
-    /// Width and height of a pixel, um; `None` for a pinhole, whose pixels differ.
-    pub(super) fn pixel_um(&self) -> Option<[f64; 2]> {
-        let Rays::Parallel(view) = &self.rays else { return None };
+    /// Width and height of a pixel: um, or for a pinhole the difference of the angle's tangent.
+    pub(super) fn pixel_size(&self) -> [f64; 2] {
+        let (right, up) = match &self.rays {
+            Rays::Parallel(view) => (view.right, view.up),
+            Rays::Through { right, up, .. } => (*right, *up),
+        };
         let [columns, lines] = self.pixels.map(|side| side as f64);
-        Some([view.right.length() / columns, view.up.length() / lines])
+        [right.length() / columns, up.length() / lines]
+    }
+
+    /// Whether rays are parallel, so that pixels have a size in um.
+    pub(super) fn is_parallel(&self) -> bool {
+        matches!(self.rays, Rays::Parallel(_))
     }
 }

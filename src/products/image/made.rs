@@ -20,11 +20,22 @@ pub struct Made {
     pub reached: f64,
     /// Share of pixels that would need more paths than allowed.
     pub capped: f64,
+    /// Warnings about the bed, the spectra and the bands.
+    pub warnings: Vec<String>,
 }
 
 impl Made {
     pub(super) fn new(pixels: [usize; 2], bands: usize) -> Self {
-        Self { pixels, bands, paths: 0, empty: 0.0, noise: 0.0, reached: 0.0, capped: 0.0 }
+        Self {
+            pixels,
+            bands,
+            paths: 0,
+            empty: 0.0,
+            noise: 0.0,
+            reached: 0.0,
+            capped: 0.0,
+            warnings: Vec::new(),
+        }
     }
 
     /// Adds a pixel to the sums, from which [`Made::means`] makes means.

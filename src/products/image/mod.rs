@@ -24,10 +24,12 @@ use crate::support::error::Error;
 use crate::support::monitor::Monitor;
 use crate::support::output;
 use crate::support::random::STRETCH;
+use crate::support::resources::{need_disk, need_memory};
 use crate::support::statistics::T_95;
-use crate::table::{Prepared, Stop, Target};
+use crate::table::{NodesError, Prepared, Stop, Table, Target};
 use crate::tracer::rules::TracingRules;
 use crate::tracer::{Tracer, trace};
+use bands::Bands;
 use camera::Camera;
 use evaluate::Evaluator;
 use netcdf::About;
@@ -77,6 +79,9 @@ pub fn make(
     let bands = bands::bands(sensor, scene.folder(), grid)?;
     let camera = Camera::new(tracer.bed(), sensor)?;
     let prepared = Prepared::new(scene.clone(), &bands.nodes_um)?;
+    if prepared.nodes.is_some() {
+        return Err(NodesError::Image.into());
+    }
     let target = Target::of(T_95 * asked.noise);
     let rules =
         TracingRules::new(&prepared).ending_below(target.least_weight, &prepared.reflectances);
@@ -97,6 +102,9 @@ pub fn make(
         detectors: noise.map(|noise| Detectors::new(noise, scene.temperature_k, &bands)),
     };
     let [columns, lines] = camera.pixels;
+    let size = Size { pixels: lines * columns, line: columns, bands: bands.centres_um.len() };
+    size.check(asked, out, monitor)?;
+    let is_bad = bands.where_not(|um| table.materials.iter().all(|m| m.is_valid(um)));
     let names: Vec<String> = scene.materials.iter().map(|m| m.name.clone()).collect();
     let about = About {
         title: &scene.name,
@@ -105,14 +113,18 @@ pub fn make(
         view_deg: [scene.view.zenith_deg, scene.view.azimuth_deg],
         seed: scene.seed,
         materials: &names,
-        pixel_um: camera.pixel_um(),
+        pixel: camera.pixel_size(),
+        is_parallel: camera.is_parallel(),
         size: [lines, columns],
         wavelengths_um: &bands.centres_um,
+        widths_um: &bands.widths_um,
+        is_bad: &is_bad,
     };
     let set = netcdf::data_set(&about);
     let mut files = Files::new(out, &set, &about)?;
     let mut shown = Shown::new(asked, &bands, scene.temperature_k);
     let mut made = Made::new(camera.pixels, bands.centres_um.len());
+    made.warnings = warnings(&table, &bands, &is_bad);
     for first in (0..lines).step_by(LINES) {
         let end = (first + LINES).min(lines);
         let traced: Vec<Pixel> = (first * columns..end * columns)
@@ -137,11 +149,60 @@ pub fn make(
     Ok(made)
 }
 
+/// The size of an image.
+struct Size {
+    pixels: usize,
+    /// Pixels of a line.
+    line: usize,
+    bands: usize,
+}
+
+impl Size {
+    /// An error before the work if the disk or the memory does not hold the image.
+    fn check(&self, asked: &Asked, out: &Path, monitor: &dyn Monitor) -> Result<(), Error> {
+        let Self { pixels, line, bands } = *self;
+        let numbers = |of: usize, by: usize| (of as u64).saturating_mul(by as u64);
+        let task = format!("an image of {} x {line} pixels in {bands} bands", pixels / line);
+        // Cubes and maps in single precision, as ENVI and as NetCDF.
+        let in_pixel = 2 * 4 * (bands * netcdf::CUBES.len() + netcdf::MAPS.len());
+        if let Some(text) = need_disk(&task, numbers(pixels, in_pixel), out)? {
+            monitor.say(&text);
+        }
+        // What the pictures show of each pixel, and some lines of all bands twice.
+        let shown = numbers(pixels, 4 * (10 + asked.show_um.len()));
+        let in_lines = numbers(LINES * line, 2 * 4 * bands * netcdf::CUBES.len());
+        Ok(need_memory(&task, shown.saturating_add(in_lines))?)
+    }
+}
+
+/// The warnings about the bed, the spectra and the bands.
+fn warnings(table: &Table, bands: &Bands, is_bad: &[bool]) -> Vec<String> {
+    let mut found: Vec<String> = table.warnings.iter().map(ToString::to_string).collect();
+    for material in &table.materials {
+        let of_spectrum = material.spectrum.warnings().into_iter();
+        found.extend(of_spectrum.map(|why| format!("{}: {why}", material.name)));
+    }
+    let bad = bands.centres_um.iter().zip(is_bad).filter(|(_, is_bad)| **is_bad);
+    let bad: Vec<String> = bad.map(|(um, _)| um.to_string()).collect();
+    if !bad.is_empty() {
+        let shown = if bad.len() > 6 {
+            format!("{} bands from {} to {} um", bad.len(), bad[0], bad[bad.len() - 1])
+        } else {
+            format!("{} um", bad.join(", "))
+        };
+        found.push(format!(
+            "fresnel facets do not hold at {shown}: grains let over 1 % of the light through, or \
+             measure below ten wavelengths. The cubes mark these bands as bad"
+        ));
+    }
+    found
+}
+
 /// Checks before the work that the image can be written.
 ///
 /// # Errors
 /// The folder cannot be made, or a folder has the name of a file.
 pub fn may_write(out: &Path) -> Result<(), output::OutputError> {
     output::folder(out)?;
-    output::may_write(&out.join("image.nc"))
+    output::may_write(&output::within(out, "image.nc")?)
 }

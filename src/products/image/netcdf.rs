@@ -23,11 +23,25 @@ pub(super) struct About<'a> {
     pub view_deg: [f64; 2],
     pub seed: u64,
     pub materials: &'a [String],
-    /// Width and height of a pixel, um, if all are equal.
-    pub pixel_um: Option<[f64; 2]>,
+    /// Width and height of a pixel.
+    pub pixel: [f64; 2],
+    /// Whether these are in um; else they are differences of the angle's tangent.
+    pub is_parallel: bool,
     /// Lines and samples.
     pub size: [usize; 2],
     pub wavelengths_um: &'a [f64],
+    /// Full widths of the bands, um; 0 for single wavelengths.
+    pub widths_um: &'a [f64],
+    /// Bands in which the models of facets do not hold.
+    pub is_bad: &'a [bool],
+}
+
+impl About<'_> {
+    /// The dimension of the bands. Only wavelengths in order can be a coordinate of their own.
+    fn of_bands(&self) -> &'static str {
+        let ascends = self.wavelengths_um.is_sorted_by(|a, b| a < b);
+        if ascends { "wavelength" } else { "band" }
+    }
 }
 
 /// Variables by line, band and sample.
@@ -43,12 +57,22 @@ pub(super) fn data_set(about: &About) -> DataSet {
 fn define(about: &About) -> Result<DataSet, InvalidDataSet> {
     let mut set = DataSet::new();
     set.set_unlimited_dim("y", about.size[0])?;
-    set.add_fixed_dim("wavelength", about.wavelengths_um.len())?;
+    let of_bands = about.of_bands();
+    set.add_fixed_dim(of_bands, about.wavelengths_um.len())?;
     set.add_fixed_dim("x", about.size[1])?;
     for (key, text) in [
         ("Conventions", "CF-1.11"),
         ("title", about.title),
         ("source", concat!("soilsig ", env!("CARGO_PKG_VERSION"))),
+        (
+            "history",
+            &format!(
+                "soilsig {}: soilsig image of scene {} with seed {}",
+                env!("CARGO_PKG_VERSION"),
+                &about.scene_sha256[..12.min(about.scene_sha256.len())],
+                about.seed
+            ),
+        ),
         ("scene_sha256", about.scene_sha256),
         ("seed", &about.seed.to_string()),
     ] {
@@ -59,18 +83,24 @@ fn define(about: &About) -> Result<DataSet, InvalidDataSet> {
     set.add_global_attr_f64("view_azimuth_deg", vec![about.view_deg[1]])?;
 
     let (length, of) =
-        if about.pixel_um.is_some() { ("um", "middle of the pixel") } else { ("1", "pixel") };
+        if about.is_parallel { ("um", "distance") } else { ("1", "tangent of the angle") };
     // A line for each variable: its name, then its attributes.
     let variables = format!(
-        "y | long_name: {of}, from the upper edge of the view | units: {length} | axis: Y\n\
-         x | long_name: {of}, from the left edge of the view | units: {length} | axis: X\n\
-         wavelength | standard_name: radiation_wavelength | units: um\n\
+        "y | long_name: {of} of the pixel's middle from that of the view, upward | \
+         units: {length}\n\
+         x | long_name: {of} of the pixel's middle from that of the view, to the right | \
+         units: {length}\n\
+         wavelength | standard_name: radiation_wavelength | long_name: centroid of the band | \
+         units: um\n\
+         band_width | long_name: full width of the band at half maximum | units: um\n\
+         valid | long_name: whether the models of all facets hold in the band\n\
          radiance | standard_name: {RADIANCE} | long_name: radiance at the sensor | \
-         units: W m-2 sr-1 um-1 | ancillary_variables: radiance_standard_error\n\
+         units: W m-2 sr-1 um-1 | ancillary_variables: radiance_standard_error valid\n\
          radiance_standard_error | standard_name: {RADIANCE} standard_error | \
          long_name: standard error of the radiance, rays and sensor noise | \
          units: W m-2 sr-1 um-1\n\
-         emissivity | long_name: emissivity of the bed towards the sensor | units: 1\n\
+         emissivity | long_name: emissivity of the bed towards the sensor | units: 1 | \
+         ancillary_variables: valid\n\
          material | long_name: material that fills most of the pixel\n\
          hits | long_name: mean number of hits of a path | units: 1\n\
          paths | long_name: paths of the pixel | units: 1\n\
@@ -81,11 +111,21 @@ fn define(about: &About) -> Result<DataSet, InvalidDataSet> {
         let mut parts = line.split(" | ");
         let name = parts.next().expect("a line is not empty");
         if CUBES.contains(&name) {
-            set.add_var_f32(name, &["y", "wavelength", "x"])?;
+            set.add_var_f32(name, &["y", of_bands, "x"])?;
         } else if MAPS.contains(&name) {
             set.add_var_f32(name, &["y", "x"])?;
+        } else if name == "valid" {
+            set.add_var_i8(name, &[of_bands])?;
+            set.add_var_attr_string(name, "flag_meanings", "not_valid valid")?;
+            set.add_var_attr_i8(name, "flag_values", vec![0, 1])?;
+        } else if ["wavelength", "band_width"].contains(&name) {
+            set.add_var_f64(name, &[of_bands])?;
         } else {
             set.add_var_f64(name, &[name])?;
+        }
+        if CUBES.contains(&name) {
+            let of_band = if of_bands == "band" { "wavelength " } else { "" };
+            set.add_var_attr_string(name, "coordinates", format!("{of_band}band_width"))?;
         }
         for (key, text) in parts.filter_map(|part| part.split_once(": ")) {
             set.add_var_attr_string(name, key, text)?;
@@ -136,15 +176,17 @@ impl<'a> NetCdf<'a> {
         let begin = || -> Result<FileWriter<'a>, WriteError> {
             let mut writer = FileWriter::open_seek_write("image", Box::new(buffer.clone()))?;
             writer.set_def(set, Version::Offset64Bit, 0)?;
-            let [height, width] = about.pixel_um.map_or([1.0, 1.0], |[x, y]| [y, x]);
-            // Pixels of a pinhole are numbered.
-            let half = if about.pixel_um.is_some() { 0.5 } else { 0.0 };
+            let [width, height] = about.pixel;
             let middles = |number: usize, size: f64| -> Vec<f64> {
-                (0..number).map(|i| (i as f64 + half) * size).collect()
+                (0..number).map(|i| (i as f64 + 0.5 - number as f64 / 2.0) * size).collect()
             };
             writer.write_var_f64("x", &middles(about.size[1], width))?;
             writer.write_var_f64("wavelength", about.wavelengths_um)?;
-            for (line, y) in middles(about.size[0], height).into_iter().enumerate() {
+            writer.write_var_f64("band_width", about.widths_um)?;
+            let valid: Vec<i8> = about.is_bad.iter().map(|bad| i8::from(!bad)).collect();
+            writer.write_var_i8("valid", &valid)?;
+            // The first line is the upper one: y descends.
+            for (line, y) in middles(about.size[0], height).into_iter().rev().enumerate() {
                 writer.write_record_f64("y", line, &[y])?;
             }
             Ok(writer)

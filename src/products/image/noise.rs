@@ -3,6 +3,7 @@
 use super::bands::Bands;
 use crate::radiometry::planck_derivative;
 use crate::scene::Noise;
+use crate::support::math;
 use crate::support::random::{Purpose, Source};
 
 /// Gaussian noise, independent in every pixel and band.
@@ -30,9 +31,9 @@ impl Detectors {
         for (band, nedl) in self.nedl.iter().enumerate() {
             // Box and Muller's method.
             let [u, v] = random.pair();
-            let normal = (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos();
+            let normal = (-2.0 * math::log(1.0 - u)).sqrt() * math::cos(std::f64::consts::TAU * v);
             l[band] = (f64::from(l[band]) + nedl * normal) as f32;
-            errors[band] = f64::from(errors[band]).hypot(*nedl) as f32;
+            errors[band] = math::hypot(f64::from(errors[band]), *nedl) as f32;
         }
     }
 }

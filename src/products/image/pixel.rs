@@ -136,5 +136,6 @@ pub(super) fn checked(lit: &[Lit]) -> (Bands, Vec<Lit>) {
         (0..number).map(|i| order[i * (order.len() - 1) / (number - 1).max(1)].clone()).collect();
     let centres_um: Vec<f64> = chosen.iter().map(|lit| lit.wavelength_um).collect();
     let weights = (0..number).map(|i| vec![(i, 1.0)]).collect();
-    (Bands { nodes_um: centres_um.clone(), centres_um, weights }, chosen)
+    let widths_um = vec![0.0; number];
+    (Bands { nodes_um: centres_um.clone(), centres_um, widths_um, weights }, chosen)
 }

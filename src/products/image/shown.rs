@@ -9,6 +9,7 @@ use super::pixel::Pixel;
 use super::quicklook::Look;
 use crate::radiometry::{brightness_temperature_k, planck};
 use crate::support::error::Error;
+use crate::support::output;
 
 /// What the pictures show, pixel by pixel.
 pub(super) struct Shown<'a> {
@@ -72,7 +73,7 @@ impl<'a> Shown<'a> {
         let look = Look { columns, title };
         let centre = |band: usize| self.bands.centres_um[band];
         let names = self.colours.map(|band| format!("{:.2} um", centre(band)));
-        look.false_colour(&self.channels, &names, &out.join("false_colour.png"))?;
+        look.false_colour(&self.channels, &names, &output::within(out, "false_colour.png")?)?;
         // As many decimals as tell the bands apart.
         let named = |places: usize| -> BTreeSet<String> {
             self.bands_shown.iter().map(|&band| format!("{:.places$}", centre(band))).collect()
@@ -82,10 +83,16 @@ impl<'a> Shown<'a> {
         for (values, &band) in self.brightness_k.iter().zip(&self.bands_shown) {
             let um = centre(band);
             let what = format!("brightness temperature at {um:.places$} um");
-            let file = out.join(format!("brightness_{um:.places$}um.png"));
+            let file = output::within(out, &format!("brightness_{um:.places$}um.png"))?;
             look.scaled(values, &what, "K", 1, &file)?;
         }
-        look.materials(&self.materials, materials, &out.join("materials.png"))?;
-        look.scaled(&self.hits, "mean number of hits of a path", "", 2, &out.join("hits.png"))
+        look.materials(&self.materials, materials, &output::within(out, "materials.png")?)?;
+        look.scaled(
+            &self.hits,
+            "mean number of hits of a path",
+            "",
+            2,
+            &output::within(out, "hits.png")?,
+        )
     }
 }

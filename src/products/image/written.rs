@@ -5,8 +5,9 @@ use std::path::Path;
 
 use super::netcdf::{About, CUBES, MAPS, NetCdf};
 use super::pixel::Pixel;
-use crate::support::envi::{Contents, Image, Kind};
+use crate::support::envi::{Contents, Image, Kind, band_names};
 use crate::support::error::Error;
+use crate::support::output;
 
 /// What the ENVI cubes hold, in the order of [`CUBES`].
 const QUANTITIES: [&str; 3] = [
@@ -27,16 +28,25 @@ impl<'a> Files<'a> {
         let envi = |name: &str, quantity: &str, wavelengths_um: &[f64], names: &[String]| {
             let [lines, samples] = about.size;
             let size = [samples, lines, wavelengths_um.len().max(names.len())];
-            let contents = Contents { kind: Kind::Image, quantity, size, names, wavelengths_um };
-            Image::new(&out.join(format!("{name}.img")), &contents)
+            let (widths_um, is_bad) = if wavelengths_um.is_empty() {
+                (&[][..], &[][..])
+            } else {
+                (about.widths_um, about.is_bad)
+            };
+            let kind = Kind::Image;
+            let contents =
+                Contents { kind, quantity, size, names, wavelengths_um, widths_um, is_bad };
+            Image::new(out, &format!("{name}.img"), &contents)
         };
         let cubes = CUBES.iter().zip(QUANTITIES);
-        let cubes = cubes.map(|(name, quantity)| envi(name, quantity, about.wavelengths_um, &[]));
+        let names = band_names(about.wavelengths_um);
+        let cubes =
+            cubes.map(|(name, quantity)| envi(name, quantity, about.wavelengths_um, &names));
         let quantity = format!("maps; material 0 on: {}", about.materials.join(" "));
         Ok(Self {
             cubes: cubes.collect::<Result<_, _>>()?,
             maps: envi("maps", &quantity, &[], &MAPS.map(str::to_owned))?,
-            netcdf: NetCdf::new(&out.join("image.nc"), set, about)?,
+            netcdf: NetCdf::new(&output::within(out, "image.nc")?, set, about)?,
         })
     }
 

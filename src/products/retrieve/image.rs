@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::{Known, is_outside, masked};
+use super::{Known, NO_ERROR, is_outside, masked};
 use crate::products::cube::Cube;
 use crate::radiometry::{Measured, Retrieved, Temperature};
 use crate::support::envi::{self, Contents, Kind};
 use crate::support::error::Error;
+use crate::support::linear::span;
 use crate::support::monitor::Monitor;
 
 /// Results of an image. Unknown numbers are NaN.
@@ -31,6 +32,8 @@ pub struct Image {
 /// The standard error of an image's radiance.
 #[derive(Debug, Clone, PartialEq)]
 pub enum RadianceError {
+    /// It is not known, and left out.
+    Unknown,
     /// The same everywhere, W m-2 sr-1 um-1.
     One(f64),
     /// An image of standard errors.
@@ -60,6 +63,7 @@ pub fn image(
         let (line, sample) = (at / cube.samples, at % cube.samples);
         let l = cube.spectrum(line, sample);
         let l_error = match error {
+            RadianceError::Unknown => vec![0.0; um.len()],
             RadianceError::One(error) => vec![*error as f32; um.len()],
             RadianceError::Cube(errors) => errors.spectrum(line, sample),
         };
@@ -94,6 +98,7 @@ pub fn image(
         .unzip();
     let [emissivity, standard_error, brightness_temperature_k] = [0, 1, 2].map(|part| {
         let mut filled = Cube::new(cube.lines, cube.samples, cube.wavelengths_um.clone());
+        filled.is_bad.clone_from(&cube.is_bad);
         for (at, spectrum) in spectra.iter().enumerate() {
             let spectrum: Vec<f32> = spectrum.iter().map(|values| values[part]).collect();
             filled.set_spectrum(at / cube.samples, at % cube.samples, &spectrum);
@@ -102,21 +107,52 @@ pub fn image(
     });
     let in_kelvin =
         |found: &Found| found.as_ref().map_or([f32::NAN; 2], |t| [t.k as f32, t.error_k as f32]);
+    let mut statement = left_out(cube, &order, &um);
+    statement += &told(&found, &spectra, cube, &order, known);
+    if *error == RadianceError::Unknown {
+        statement += NO_ERROR;
+    }
     Ok(Image {
         emissivity,
         standard_error,
         brightness_temperature_k,
         temperature_k: found.iter().map(in_kelvin).collect(),
-        statement: statement(&found, &spectra, &order, &um, known),
+        statement,
     })
 }
 
-/// Masked bands, pixels without a result and warnings. `order` has the bands by wavelength `um`.
-fn statement(
+/// Whether any pixel has radiance in a band.
+fn is_seen(cube: &Cube, band: usize) -> bool {
+    let pixels = cube.lines * cube.samples;
+    cube.data[band * pixels..][..pixels].iter().any(|l| l.is_finite())
+}
+
+/// Bands that cannot have a result, and why. `order` has the bands by wavelength `um`.
+fn left_out(cube: &Cube, order: &[usize], um: &[f64]) -> String {
+    let runs = |is: &dyn Fn(usize) -> bool| {
+        let bands: Vec<(bool, f64)> = order.iter().zip(um).map(|(&b, &um)| (is(b), um)).collect();
+        let runs = bands.chunk_by(|a, b| a.0 == b.0).filter(|run| run[0].0);
+        runs.map(|run| span([run[0].1, run[run.len() - 1].1])).collect::<Vec<_>>().join(", ")
+    };
+    let mut text = String::new();
+    let bad = runs(&|band| cube.is_bad[band]);
+    if !bad.is_empty() {
+        let _ =
+            writeln!(text, "{bad} um is left out: the header's list of bad bands (bbl) says so");
+    }
+    let empty = runs(&|band| !cube.is_bad[band] && !is_seen(cube, band));
+    if !empty.is_empty() {
+        let _ = writeln!(text, "{empty} um is left out: no pixel has a radiance there");
+    }
+    text
+}
+
+/// Masked bands, pixels without a result and warnings. `order` has the bands by wavelength.
+fn told(
     found: &[Found],
     spectra: &[Vec<[f32; 3]>],
+    cube: &Cube,
     order: &[usize],
-    um: &[f64],
     known: &Known,
 ) -> String {
     let mut text = String::new();
@@ -134,8 +170,9 @@ fn statement(
     }
     let somewhere: Vec<Retrieved> = order
         .iter()
-        .zip(um)
-        .map(|(&band, &wavelength_um)| {
+        .filter(|&&band| is_seen(cube, band))
+        .map(|&band| {
+            let wavelength_um = cube.wavelengths_um[band];
             let values = told.iter().map(|spectrum| spectrum[band]);
             let emissivity = values.map(|[e, error, _]| [e, error].map(f64::from));
             let emissivity = emissivity.into_iter().find(|[e, _]| e.is_finite());
@@ -149,7 +186,7 @@ fn statement(
         .collect();
     let bands = somewhere.iter().filter(|band| band.emissivity.is_some()).count();
     let missing = bands * told.len() - known_values.len();
-    if bands < um.len() || missing == 0 {
+    if bands < somewhere.len() || missing == 0 {
         text += &masked(&somewhere, known);
     }
     if missing > 0 {
@@ -179,6 +216,14 @@ fn beside(path: &Path) -> [PathBuf; 3] {
 }
 
 impl Image {
+    /// The image of standard errors beside an image of radiance, by the name that soilsig gives it;
+    /// `None` if it is not there.
+    pub fn errors_beside(radiance: &Path) -> Option<PathBuf> {
+        let [data, _] = Cube::files(radiance);
+        let [errors, ..] = beside(&data);
+        errors.is_file().then_some(errors)
+    }
+
     /// The files that [`Image::write`] writes.
     pub fn files(path: &Path) -> Vec<PathBuf> {
         let images = [path.to_owned()].into_iter().chain(beside(path));
@@ -203,6 +248,8 @@ impl Image {
             size: [self.emissivity.samples, self.emissivity.lines, 2],
             names: &["temperature".into(), "standard error".into()],
             wavelengths_um: &[],
+            widths_um: &[],
+            is_bad: &[],
         };
         Ok(envi::write(&temperature, &contents, &data)?)
     }

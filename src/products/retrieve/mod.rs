@@ -10,8 +10,9 @@ use crate::radiometry::{
     Assumed, Atmosphere, Columns, Measured, Method, Retrieved, SkyTable, Temperature,
     l_downwelling, masked_in_words, masked_um, planck, separate,
 };
-use crate::support::csv::{Csv, decimals};
+use crate::support::csv::{Csv, decimals, radiance};
 use crate::support::error::Error;
+use crate::support::math;
 
 pub use image::{Image, RadianceError, image};
 
@@ -113,6 +114,8 @@ pub struct Spectrum {
     pub temperature: Temperature,
     /// The emissivity in each band.
     pub retrieved: Vec<Retrieved>,
+    /// Whether the radiance comes with a standard error.
+    pub has_error: bool,
 }
 
 /// Retrieves from a CSV file with the columns `wavelength_um` and `radiance_w_m2_sr_um`. The
@@ -132,6 +135,7 @@ pub fn spectrum(path: &Path, error: Option<f64>, known: &Known) -> Result<Spectr
     }
     let l = columns.measured_radiance(stem)?;
     let of_file = columns.radiance(&format!("{stem}_standard_error"))?;
+    let has_error = error.is_some() || of_file.is_some();
     let l_error = |row: usize| error.or(of_file.as_ref().map(|e| e[row])).unwrap_or(0.0);
     let own = columns.radiance("l_downwelling")?;
     let own: Option<Vec<f64>> = own.map(|l| rows.iter().map(|&row| l[row]).collect());
@@ -145,8 +149,12 @@ pub fn spectrum(path: &Path, error: Option<f64>, known: &Known) -> Result<Spectr
         .collect();
     let temperature = known.temperature(&measured)?;
     let retrieved = measured.iter().map(|m| known.retrieve(m, temperature)).collect();
-    Ok(Spectrum { measured, temperature, retrieved })
+    Ok(Spectrum { measured, temperature, retrieved, has_error })
 }
+
+/// Said of a radiance whose standard error is not known.
+const NO_ERROR: &str = "the radiance comes without a standard error, so those of the emissivity \
+     leave its noise out: give it by --radiance-error\n";
 
 /// Headings of the CSV file.
 const COLUMNS: [&str; 10] = [
@@ -168,18 +176,18 @@ impl Spectrum {
         let mut csv = Csv::new(&COLUMNS);
         for (m, r) in self.measured.iter().zip(&self.retrieved) {
             let brightness = m.brightness_temperature();
+            let l_blackbody = planck(m.wavelength_um, self.temperature.k);
+            let radiances = [m.l_target, m.l_target_error, m.l_downwelling, l_blackbody]
+                .map(|l| radiance(Some(l).filter(|l| l.is_finite()), l_blackbody));
             let numbers = [
-                Some(m.l_target).filter(|l| l.is_finite()),
-                Some(m.l_target_error).filter(|l| l.is_finite()),
-                Some(m.l_downwelling),
-                Some(planck(m.wavelength_um, self.temperature.k)),
                 brightness.map(|t| t.k),
                 brightness.map(|t| t.error_k),
                 Some(r.amplification),
                 r.emissivity.map(|[e, _]| e),
                 r.emissivity.map(|[_, error]| error),
             ];
-            csv.row([m.wavelength_um.to_string()].into_iter().chain(numbers.map(decimals)));
+            let um = [m.wavelength_um.to_string()];
+            csv.row(um.into_iter().chain(radiances).chain(numbers.map(decimals)));
         }
         csv.text()
     }
@@ -193,6 +201,9 @@ impl Spectrum {
         let Temperature { k, error_k } = self.temperature;
         let mut text = format!("target at {k:.3} +- {error_k:.3} K, {how}\n");
         text += &masked(&self.retrieved, known);
+        if !self.has_error {
+            text += NO_ERROR;
+        }
         let outside = self.retrieved.iter().filter_map(|r| r.emissivity).filter(is_outside).count();
         if outside > 0 {
             let _ = writeln!(
@@ -204,7 +215,7 @@ impl Spectrum {
         if let Some(Temperature { k, error_k }) = self.other_temperature(known) {
             let _ = writeln!(
                 text,
-                "warning: at 7.36 um, where quartz is black, the target looks {k:.2} +- \
+                "warning: at 7.36 um, where quartz is nearly black, the target looks {k:.2} +- \
                  {error_k:.2} K warm: if it is quartz, the given temperature is wrong"
             );
         }
@@ -217,6 +228,6 @@ impl Spectrum {
         let Target::Given(given) = known.target else { return None };
         let found = separate(Method::Christiansen, &self.measured, known.assumed).ok()?;
         let apart = (found.k - given.k).abs();
-        (apart > 2.0 * found.error_k.hypot(given.error_k)).then_some(found)
+        (apart > 2.0 * math::hypot(found.error_k, given.error_k)).then_some(found)
     }
 }

@@ -1,53 +1,311 @@
-//! Two columns of text: wavelength and emissivity, or what the heading names.
+//! Columns of text: wavelength and emissivity, or what the heading names.
 
 use std::path::Path;
 
-use super::{Quantity, Reading, Tabulated, Unit, refuse_transmission, row, text, wrong};
+use super::dialect::Dialect;
+use super::words::{self, Column, Said};
+use super::{Reading, Tabulated, Unit, settled, text, unclear, wrong};
 use crate::spectrum::SpectrumError;
+use crate::spectrum::tabulated::{LIKELY_UM, Row, Warning};
+use crate::support::linear::span;
 
-/// Commas, semicolons or white space separate the columns. Lines that begin with # are comments;
-/// the first other line may be a heading.
-pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, SpectrumError> {
-    let text = text(path)?;
-    let (mut unit, mut quantity) = (Unit::Micrometre, None);
-    let mut rows = Vec::new();
-    let mut is_first = true;
-    for (i, line) in text.lines().enumerate().map(|(i, line)| (i + 1, line.trim())) {
-        if line.is_empty() || line.starts_with('#') {
-            continue;
-        }
-        let fields = fields(line);
-        let is_heading = is_first && fields.iter().all(|field| field.parse::<f64>().is_err());
-        is_first = false;
-        if is_heading {
-            if !reading.is_response {
-                refuse_transmission(path, line)?;
-            }
-            // With white space between columns the unit may be a field of its own.
-            let apart = fields.get(1).filter(|field| field.starts_with(['(', '[']));
-            let wavelength = [fields[0]].into_iter().chain(apart.copied()).collect::<String>();
-            let named = Unit::named(&wavelength);
-            if named.is_none() && wavelength.contains(['(', '[']) {
-                let problem = format!("the heading {line:?} names no known unit of wavelength");
-                return Err(wrong(path, i, problem));
-            }
-            unit = named.unwrap_or(unit);
-            quantity = Quantity::named(fields[1..].join(" ").as_str());
-            continue;
-        }
-        if fields.len() == 2 && fields.iter().any(|field| field.parse::<f64>().is_err()) {
-            let problem = format!("{:?}, {:?} are not two numbers", fields[0], fields[1]);
-            return Err(wrong(path, i, problem));
-        }
-        rows.push(row(path, i, unit, &fields)?);
-    }
-    let quantity = reading.quantity.or(quantity).unwrap_or(Quantity::Emissivity);
-    Tabulated::of_rows(path, rows, quantity, reading.range_um)
+/// Marks of comments.
+const COMMENTS: [&str; 4] = ["#", "%", "!", "//"];
+
+/// What stands above the numbers.
+struct Above<'a> {
+    /// Lines of text, with their numbers from 1.
+    lines: Vec<(usize, &'a str)>,
+    /// The fields of the heading, and its line.
+    heading: Option<(usize, Vec<String>)>,
 }
 
-fn fields(line: &str) -> Vec<&str> {
-    match [',', ';', '\t'].into_iter().find(|&mark| line.contains(mark)) {
-        Some(mark) => line.split(mark).map(str::trim).collect(),
-        None => line.split_whitespace().collect(),
+/// Which columns are read, and what the heading says of them.
+struct Columns {
+    wavelength: usize,
+    values: usize,
+    unit: Option<Unit>,
+    said: Option<Said>,
+}
+
+/// Tabs, semicolons, commas or blanks separate the columns. Lines that begin with # are comments;
+/// other lines above the numbers are headings.
+pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, SpectrumError> {
+    let text = text(path)?;
+    let lines = || {
+        let lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
+        lines.filter(|(_, line)| !line.trim_matches([',', ';']).is_empty())
+    };
+    let is_comment = |line: &str| COMMENTS.iter().any(|mark| line.starts_with(mark));
+    let first = lines().filter(|(_, line)| !is_comment(line)).find_map(|(i, line)| {
+        Dialect::of(line).map(|dialect| (i, dialect, dialect.fields(line).len()))
+    });
+    let Some((first, mut dialect, count)) = first else {
+        return Err(wrong(path, 1, "there is no line of numbers"));
+    };
+    let above = Above::new(lines().take_while(|(i, _)| *i < first).collect(), dialect, count);
+    let columns = above.columns(path, reading, count, first)?;
+    let stated = match reading.unit.or(columns.unit) {
+        None => above.unit(path)?,
+        stated => stated,
+    };
+    let unit = stated.unwrap_or(Unit::Micrometre);
+    let said = above.said(path, reading, &columns)?;
+    let quantity = settled(path, reading, said)?;
+    let mut rows = Vec::new();
+    let mut has_points = false;
+    for (i, line) in lines().skip_while(|(i, _)| *i < first).filter(|(_, line)| !is_comment(line)) {
+        let fields = dialect.fields(line);
+        dialect.check(path, i, &fields, &mut has_points)?;
+        if fields.len() != count {
+            return Err(wrong(path, i, count_problem(fields.len(), count)));
+        }
+        let texts = [&fields[columns.wavelength], &fields[columns.values]];
+        let [Some(x), Some(value)] = texts.map(|text| dialect.number(text)) else {
+            let problem = format!("{:?}, {:?} are not two numbers", texts[0], texts[1]);
+            return Err(wrong(path, i, problem));
+        };
+        rows.push(Row { line: i as u64, um: unit.um(x), value: super::unless_deleted(value) });
     }
+    let says_percent = reading.quantity.is_none() && quantity.is_percent();
+    if says_percent && rows.iter().filter_map(|row| row.value).all(|value| value.abs() <= 1.0) {
+        return Err(unclear(path, "the heading says percent, but no value is above 1"));
+    }
+    let longest = rows.iter().map(|row| row.um).fold(0.0, f64::max);
+    let mut spectrum = Tabulated::of_rows(path, rows, quantity, reading.range_um)?;
+    if stated.is_none() && longest > LIKELY_UM[1] && spectrum.warnings.is_empty() {
+        let held_um = span(spectrum.range_um());
+        spectrum.warnings.push(Warning::UnlikelyWavelengths(held_um));
+    }
+    let bidirectional = above.lines.iter().find(|(_, line)| words::is_bidirectional(line));
+    if let Some((_, line)) = bidirectional.filter(|_| quantity.is_reflectance()) {
+        spectrum.warnings.push(Warning::Bidirectional(bare(line).to_owned()));
+    }
+    Ok(spectrum)
+}
+
+fn count_problem(there: usize, needed: usize) -> String {
+    format!("there are {there} columns where {needed} are needed")
+}
+
+/// A line without the mark of a comment.
+fn bare(line: &str) -> &str {
+    line.trim_start_matches(['#', '%', '!', '/', '"', ' ']).trim()
+}
+
+impl<'a> Above<'a> {
+    fn new(lines: Vec<(usize, &'a str)>, dialect: Dialect, count: usize) -> Self {
+        let fields = |line: &str| dialect.fields(line);
+        let commented = |line: &str| COMMENTS.iter().any(|mark| line.starts_with(mark));
+        let Some(&(last, line)) = lines.last() else { return Self { lines, heading: None } };
+        let heading = if commented(line) {
+            // As numpy writes it. Most comments are prose.
+            let fields = apart(&fields(bare(line)), count);
+            let known = |field: &String| words::column(field) != Column::Unknown;
+            let is_of = |field| matches!(words::column(field), Column::Wavelength(_));
+            let has_unit = |field| matches!(words::column(field), Column::Wavelength(Some(_)));
+            let is_heading = fields.iter().all(known) && fields.iter().any(|f| is_of(f))
+                || fields.iter().any(|f| has_unit(f));
+            (fields.len() == count && is_heading).then_some(fields)
+        } else {
+            let mut heading = fields(line);
+            // Units may be in a row of their own.
+            let others = lines.iter().rev().skip(1).map(|(_, line)| *line);
+            for above in others.take_while(|line| !commented(line)).map(fields) {
+                let is_complete = heading.iter().all(|f| words::column(f) != Column::Unknown);
+                if is_complete || above.len() != heading.len() {
+                    break;
+                }
+                heading = above.iter().zip(&heading).map(|(a, b)| format!("{a} {b}")).collect();
+            }
+            Some(heading)
+        };
+        Self { lines, heading: heading.map(|fields| (last, fields)) }
+    }
+
+    /// The columns of wavelength and values, of so many.
+    fn columns(
+        &self,
+        path: &Path,
+        reading: &Reading,
+        count: usize,
+        first: usize,
+    ) -> Result<Columns, SpectrumError> {
+        let heading = self.heading.as_ref().map(|(i, fields)| (*i, apart(fields, count)));
+        let Some((line, fields)) = heading.filter(|(_, fields)| fields.len() > 1) else {
+            if count != 2 {
+                return Err(wrong(path, first, of_numbers(count)));
+            }
+            return Ok(Columns { wavelength: 0, values: 1, unit: None, said: None });
+        };
+        if fields.len() > count {
+            let problem = format!(
+                "the heading has {} columns, the numbers below it have {count}",
+                fields.len()
+            );
+            return Err(wrong(path, line, problem));
+        }
+        let known: Vec<Column> = fields.iter().map(|field| words::column(field)).collect();
+        let places = |is: fn(&Column) -> bool| -> Vec<usize> {
+            (0..known.len()).filter(|&i| is(&known[i])).collect()
+        };
+        let wavelengths = places(|column| matches!(column, Column::Wavelength(_)));
+        let unit_of = |i: usize| match known[i] {
+            Column::Wavelength(unit) => unit,
+            _ => None,
+        };
+        let wavelength = wavelengths.iter().copied().find(|&i| unit_of(i).is_some());
+        let wavelength = wavelength.or(wavelengths.first().copied());
+        let wavelength = wavelength.or((reading.unit.is_some() && count == 2).then_some(0));
+        let Some(wavelength) = wavelength else {
+            let problem =
+                format!("the heading {:?} names no wavelength in a known unit", fields.join(", "));
+            return Err(super::unclear_unit(path, line, problem));
+        };
+        let mut values = places(|column| matches!(column, Column::Values(_)));
+        if values.is_empty() {
+            values = places(|column| *column == Column::Unknown);
+            values.retain(|&i| i != wavelength && !fields[i].is_empty());
+        }
+        let others = places(|column| *column == Column::Unknown);
+        let unread = others.iter().any(|i| !values.contains(i) && !fields[*i].is_empty());
+        let [values] = values[..] else {
+            return Err(wrong(path, line, of_numbers(count)));
+        };
+        if unread && count > 2 || fields.len() < count {
+            return Err(wrong(path, line, of_numbers(count)));
+        }
+        let said = match known[values] {
+            Column::Values(said) => Some(said),
+            _ => None,
+        };
+        if let (Some(Said::Transmission), false) = (said, reading.is_response) {
+            let (path, said) = (path.to_owned(), fields.join(", "));
+            return Err(SpectrumError::Transmission { path, said });
+        }
+        if let (Some(Said::Absorbance), false) = (said, reading.is_response) {
+            return Err(SpectrumError::Absorbance {
+                path: path.to_owned(),
+                said: fields.join(", "),
+            });
+        }
+        Ok(Columns { wavelength, values, unit: unit_of(wavelength), said })
+    }
+
+    /// Lines other than the heading: number, key, value and all of the line. Prose has no key.
+    fn statements(&self) -> impl Iterator<Item = (usize, String, &'a str, &'a str)> + '_ {
+        let heading = self.heading.as_ref().map(|(line, _)| *line);
+        self.lines.iter().filter(move |(i, _)| Some(*i) != heading).map(|&(i, line)| {
+            let line = bare(line);
+            let (key, value) = line.split_once([':', '=']).unwrap_or(("", line));
+            (i, key.to_lowercase().replace([' ', '_', '-'], ""), value.trim(), line)
+        })
+    }
+
+    /// The unit that the lines above the heading name, if one.
+    fn unit(&self, path: &Path) -> Result<Option<Unit>, SpectrumError> {
+        let mut found: Option<Unit> = None;
+        for (i, key, value, line) in self.statements() {
+            let is_key = ["x", "xunit", "xunits", "xaxis", "abscissa"].contains(&key.as_str());
+            let is_unit = ["unit", "units"].contains(&key.as_str())
+                && matches!(words::column(value), Column::Wavelength(_));
+            if !(is_key || is_unit || words::has_wavelength(line)) {
+                continue;
+            }
+            // Beside wavelengths cm-1 may be a resolution.
+            let unit = Unit::named(line)
+                .filter(|unit| is_key || self.heading.is_none() || *unit != Unit::Wavenumber);
+            if is_key && unit.is_none() && !value.is_empty() {
+                let problem = format!("{value:?} is not a known unit of wavelength");
+                return Err(super::unclear_unit(path, i, problem));
+            }
+            if let (Some(before), Some(unit)) = (found, unit)
+                && before != unit
+            {
+                let problem = "it names another unit of wavelength than a line above";
+                return Err(super::unclear_unit(path, i, problem));
+            }
+            found = found.or(unit);
+        }
+        Ok(found)
+    }
+
+    /// What heading and other lines say of the values.
+    fn said(
+        &self,
+        path: &Path,
+        reading: &Reading,
+        columns: &Columns,
+    ) -> Result<Option<(Said, String)>, SpectrumError> {
+        let in_heading = columns.said.map(|said| (said, String::new()));
+        if reading.quantity.is_some() || reading.is_response {
+            return Ok(in_heading);
+        }
+        let mut stated = Vec::new();
+        let mut prose = Vec::new();
+        for (i, key, value, line) in self.statements() {
+            let keys = ["quantity", "y", "yunit", "yunits", "yaxis", "ordinate", "values"];
+            if keys.contains(&key.as_str()) && !value.is_empty() {
+                let Some(said) = words::said(value, true) else {
+                    let problem = format!("line {i} names a quantity that is not known: {value:?}");
+                    return Err(unclear(path, problem));
+                };
+                stated.push((said, value.to_owned()));
+            } else if let Some(said) = words::said(line, false) {
+                prose.push((said, line.to_owned()));
+            }
+        }
+        let all_same = |all: &[(Said, String)]| {
+            all.windows(2).all(|pair| pair[0].0 == pair[1].0)
+                && all.iter().all(|(said, _)| *said != Said::Both)
+        };
+        let several = || unclear(path, "lines above the numbers name several quantities");
+        stated.extend(in_heading);
+        if !all_same(&stated) {
+            return Err(several());
+        }
+        if let Some(said) = stated.into_iter().next() {
+            return Ok(Some(said));
+        }
+        if !all_same(&prose) {
+            return Err(several());
+        }
+        let has_heading = self.heading.is_some()
+            || self
+                .lines
+                .iter()
+                .any(|(_, line)| !COMMENTS.iter().any(|mark| line.starts_with(mark)));
+        match prose.into_iter().next() {
+            None if has_heading => Err(unclear(
+                path,
+                format!(
+                    "the heading {:?} names no known quantity",
+                    self.heading.as_ref().map_or(String::new(), |(_, fields)| fields.join(", "))
+                ),
+            )),
+            said => Ok(said),
+        }
+    }
+}
+
+/// The fields of a heading. With blanks between columns, words of one field may stand apart.
+fn apart(fields: &[String], count: usize) -> Vec<String> {
+    if fields.len() <= count || count != 2 {
+        return fields.to_vec();
+    }
+    let is_wavelength =
+        |part: &[String]| matches!(words::column(&part.join(" ")), Column::Wavelength(_));
+    let end = (1..fields.len()).rev().find(|&end| is_wavelength(&fields[..end]));
+    end.map_or(fields.to_vec(), |end| vec![fields[..end].join(" "), fields[end..].join(" ")])
+}
+
+fn of_numbers(count: usize) -> String {
+    let more = if count == 4 {
+        ": if the commas are decimals, separate the columns by semicolons"
+    } else if count > 2 {
+        ": leave out the others"
+    } else {
+        ""
+    };
+    format!("there are {count} columns where two are needed{more}")
 }

@@ -1,44 +1,96 @@
 //! Text of the ECOSTRESS (formerly ASTER) spectral library.
 
-use std::collections::HashMap;
 use std::path::Path;
 
-use super::{Quantity, Reading, Tabulated, Unit, refuse_transmission, row, text, wrong};
+use super::words::{self, Said};
+use super::{
+    Reading, Tabulated, Unit, refuse_no_emissivity, row, text, unclear, unclear_unit, wrong,
+};
 use crate::spectrum::SpectrumError;
 use crate::spectrum::tabulated::Warning;
 
-/// Reads lines "Key: value" up to an empty one, then two columns.
+/// Keys of the header. Other lines continue the value above them.
+const KEYS: [&str; 20] = [
+    "name",
+    "type",
+    "class",
+    "subclass",
+    "particle size",
+    "sample no.",
+    "owner",
+    "wavelength range",
+    "origin",
+    "collection date",
+    "phase",
+    "description",
+    "measurement",
+    "first column",
+    "second column",
+    "x units",
+    "y units",
+    "first x value",
+    "last x value",
+    "number of x values",
+];
+/// The last key, which some files leave out.
+const LAST: &str = "additional information";
+
+/// Key and value of a line that has one of the header's keys.
+fn pair(line: &str) -> Option<(&'static str, &str)> {
+    let (key, value) = line.split_once(':')?;
+    let key = key.trim().to_lowercase();
+    let known = KEYS.iter().chain([&LAST]).find(|known| ***known == key)?;
+    Some((known, value.trim()))
+}
+
+/// Whether a file begins with such a header.
+pub(super) fn is_header(text: &str) -> bool {
+    let first = text.lines().find(|line| !line.trim().is_empty());
+    first.and_then(pair).is_some_and(|(key, _)| key == "name")
+        && text.lines().filter_map(pair).any(|(key, _)| ["x units", "y units"].contains(&key))
+}
+
+/// Reads lines "Key: value", which other lines may continue, then two columns.
 pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, SpectrumError> {
     let text = text(path)?;
-    let mut header = HashMap::new();
-    let mut rows = Vec::new();
-    let mut lines = text.lines().enumerate().map(|(i, line)| (i + 1, line));
-    for (i, line) in lines.by_ref() {
-        if line.trim().is_empty() {
-            break;
+    let lines: Vec<(usize, &str)> = (1..).zip(text.lines()).collect();
+    let mut header = Vec::new();
+    let mut end = 0;
+    for (at, &(i, line)) in lines.iter().enumerate() {
+        if let Some((key, value)) = pair(line) {
+            header.push((key, i, value));
+            end = at + 1;
         }
-        let (key, value) = line
-            .split_once(':')
-            .ok_or_else(|| wrong(path, i, format!("{line:?} is not \"Key: value\"")))?;
-        header.insert(key.trim().to_lowercase(), (i, value.trim()));
     }
-    let get = |key: &str| header.get(key).copied().unwrap_or((1, ""));
+    let get = |key: &str| {
+        let found = header.iter().find(|(name, _, value)| *name == key && !value.is_empty());
+        found.map_or((1, ""), |&(_, i, value)| (i, value))
+    };
     let (_, measurement) = get("measurement");
-    let (y_line, y_units) = get("y units");
-    for label in [y_units, measurement] {
-        refuse_transmission(path, label)?;
+    let (_, y_units) = get("y units");
+    for (key, _, value) in &header {
+        if ["measurement", "y units"].contains(key) {
+            refuse_no_emissivity(path, value)?;
+        }
     }
     let (x_line, x_units) = get("x units");
-    let unit = Unit::named(x_units)
-        .ok_or_else(|| wrong(path, x_line, format!("X Units {x_units:?} are unknown")))?;
-    // Some files spell it "Reflectence".
-    let quantity = reading
-        .quantity
-        .or_else(|| Quantity::named(&y_units.to_lowercase().replace("reflectence", "reflectance")))
-        .ok_or_else(|| wrong(path, y_line, format!("Y Units {y_units:?} are unknown")))?;
-    for (i, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
-        rows.push(row(path, i, unit, &line.split_whitespace().collect::<Vec<_>>())?);
-    }
+    let unit = reading
+        .unit
+        .or_else(|| Unit::named(x_units))
+        .ok_or_else(|| unclear_unit(path, x_line, format!("X Units {x_units:?} are unknown")))?;
+    let quantity = reading.quantity.or_else(|| match words::said(y_units, true) {
+        Some(Said::Quantity(quantity)) => Some(quantity),
+        _ => None,
+    });
+    let quantity =
+        quantity.ok_or_else(|| unclear(path, format!("Y Units {y_units:?} are unknown")))?;
+    let starts_with_number =
+        |line: &str| line.split_whitespace().next().is_some_and(|word| word.parse::<f64>().is_ok());
+    let rows = lines[end..].iter().skip_while(|(_, line)| !starts_with_number(line));
+    let rows: Vec<_> = rows
+        .filter(|(_, line)| !line.trim().is_empty())
+        .map(|&(i, line)| row(path, i, unit, &line.split_whitespace().collect::<Vec<_>>()))
+        .collect::<Result<_, _>>()?;
     let (count_line, count) = get("number of x values");
     if count.parse::<usize>().is_ok_and(|count| count != rows.len()) {
         let problem = format!("{count} values are announced, {} are there", rows.len());
@@ -49,7 +101,7 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
     let parts = ["name", "particle size", "sample no."].map(|key| get(key).1);
     spectrum.name =
         Some(parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" "));
-    if quantity != Quantity::Emissivity {
+    if quantity.is_reflectance() {
         spectrum.warnings.extend(geometry(measurement));
     }
     Ok(spectrum)
@@ -57,11 +109,9 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
 
 /// The warning that a geometry of measurement needs, if any.
 fn geometry(measurement: &str) -> Option<Warning> {
-    let said = measurement.to_lowercase();
-    let bi = ["bidirectional", "bi-directional", "biconical", "bi-conical"];
-    if bi.iter().any(|geometry| said.contains(geometry)) {
-        Some(Warning::Bidirectional(measurement.to_owned()))
-    } else {
-        (!said.contains("hemispherical")).then_some(Warning::GeometryNotStated)
+    if words::is_bidirectional(measurement) {
+        return Some(Warning::Bidirectional(measurement.to_owned()));
     }
+    let is_stated = measurement.to_lowercase().contains("hemispherical");
+    (!is_stated).then_some(Warning::GeometryNotStated)
 }

@@ -2,7 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Quantity, Reading, Row, Tabulated, Unit, refuse_transmission, unless_deleted};
+use super::words::{self, Said};
+use super::{
+    Quantity, Reading, Row, Tabulated, Unit, refuse_no_emissivity, unclear, unless_deleted,
+};
 use crate::spectrum::SpectrumError;
 use crate::spectrum::tabulated::Warning;
 use crate::support::envi::{self, Contents, Header, Kind};
@@ -24,7 +27,7 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, Spe
         return Err(header.wrong("a spectral library must have bands = 1").into());
     }
     let numbers = header.data([spectra, channels, 1])?;
-    let bands = bands_um(&header, channels)?;
+    let bands = bands_um(&header, channels, reading.unit)?;
     let names = header.list("spectra names");
     let quantity = quantity(&header, reading)?;
     let spectrum = |i: usize| {
@@ -37,7 +40,7 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, Spe
         let mut spectrum = Tabulated::of_rows(&header.data, rows, quantity, reading.range_um)?;
         let name = names.get(i).filter(|name| !name.is_empty()).cloned();
         spectrum.name = Some(name.unwrap_or_else(|| (i + 1).to_string()));
-        if quantity != Quantity::Emissivity {
+        if quantity.is_reflectance() {
             spectrum.warnings.push(Warning::GeometryNotStated);
         }
         Ok(spectrum)
@@ -46,10 +49,17 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, Spe
 }
 
 /// Wavelengths of a header's bands, um, and whether each band is good.
-pub(crate) fn bands_um(header: &Header, count: usize) -> Result<Vec<(f64, bool)>, FileError> {
+pub(crate) fn bands_um(
+    header: &Header,
+    count: usize,
+    unit: Option<Unit>,
+) -> Result<Vec<(f64, bool)>, FileError> {
     let units = header.get("wavelength units").unwrap_or_default();
-    let unit = Unit::named(units)
-        .ok_or_else(|| header.wrong(format!("wavelength units {units:?} are not known")))?;
+    let unit = unit.or_else(|| Unit::named(units)).ok_or_else(|| {
+        header
+            .wrong(format!("wavelength units {units:?} are not known"))
+            .with_hint("write `wavelength units = Micrometers` or the like into the header")
+    })?;
     let bands = header.bands(count)?;
     Ok(bands.into_iter().map(|(wavelength, is_good)| (unit.um(wavelength), is_good)).collect())
 }
@@ -57,21 +67,25 @@ pub(crate) fn bands_um(header: &Header, count: usize) -> Result<Vec<(f64, bool)>
 /// The quantity asked for, else the one that the plot's labels or the description name.
 fn quantity(header: &Header, reading: &Reading) -> Result<Quantity, SpectrumError> {
     let labels = ["z plot titles", "description"].map(|key| header.get(key).unwrap_or_default());
-    for label in labels {
-        refuse_transmission(&header.path, label)?;
+    // The description is prose.
+    refuse_no_emissivity(&header.path, labels[0])?;
+    let said =
+        labels.iter().zip([true, false]).find_map(|(label, is_title)| words::said(label, is_title));
+    if let Some(quantity) = reading.quantity {
+        return Ok(quantity);
     }
-    reading.quantity.or_else(|| labels.iter().find_map(|label| Quantity::named(label))).ok_or_else(
-        || {
-            FileError::wrong(
-                &header.path,
-                "the file does not say whether it holds reflectance or emissivity",
-            )
-            .with_hint(
-                "say it: `soilsig spectra convert FILE --quantity reflectance --out FILE.csv`",
-            )
-            .into()
-        },
-    )
+    match said {
+        Some(Said::Quantity(quantity)) => Ok(quantity),
+        Some(Said::Transmission | Said::Absorbance | Said::Both) => {
+            refuse_no_emissivity(&header.path, labels[1]).and_then(|()| {
+                Err(unclear(&header.path, "the description does not say what the values are"))
+            })
+        }
+        None => Err(unclear(
+            &header.path,
+            "the file does not say whether it holds reflectance or emissivity",
+        )),
+    }
 }
 
 /// Writes a library in double precision.
@@ -89,6 +103,8 @@ pub(super) fn write(
         size: [wavelengths_um.len(), curves.len(), 1],
         names: &names,
         wavelengths_um,
+        widths_um: &[],
+        is_bad: &[],
     };
     Ok(envi::write(path, &contents, &data)?)
 }

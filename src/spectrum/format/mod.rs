@@ -1,10 +1,13 @@
 //! Spectra in files: one module for each format.
 
 mod csv;
+mod dialect;
 mod ecostress;
 mod ems;
 pub(crate) mod envi;
+mod jcamp;
 mod usgs;
+mod words;
 
 use std::path::{Path, PathBuf};
 
@@ -13,6 +16,9 @@ use super::{Spectrum, SpectrumError};
 use crate::support::error::Error;
 use crate::support::file_error::FileError;
 use crate::support::output;
+use words::Said;
+
+pub use words::Unit;
 
 /// The credit that a figure with curves of the ECOSTRESS library must show.
 pub const ECOSTRESS_CREDIT: &str = "Library spectra: reproduced from the ECOSTRESS Spectral \
@@ -28,8 +34,10 @@ pub enum Format {
     Csv,
     /// Text of the ECOSTRESS and ASTER spectral libraries.
     Ecostress,
-    /// Text of the USGS spectral library, version 7.
+    /// Text of the USGS spectral library, version 6 or 7.
     Usgs,
+    /// JCAMP-DX, as spectrometers export it.
+    Jcamp,
     /// ENVI spectral library: .sli with its .hdr.
     Envi,
     /// DIRSIG emissivity file.
@@ -42,7 +50,8 @@ impl Format {
         match self {
             Self::Csv => "two-column text",
             Self::Ecostress => "ECOSTRESS/ASTER text",
-            Self::Usgs => "USGS splib07 text",
+            Self::Usgs => "USGS splib text",
+            Self::Jcamp => "JCAMP-DX",
             Self::Envi => "ENVI spectral library",
             Self::Ems => "DIRSIG emissivity file",
         }
@@ -57,10 +66,12 @@ impl Format {
             return Ok(Self::Ems);
         }
         let text = text(path)?;
-        let first = text.lines().next().unwrap_or_default();
-        Ok(if first.starts_with("Name:") {
+        let first = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
+        Ok(if ecostress::is_header(&text) {
             Self::Ecostress
-        } else if usgs::is_title(first) {
+        } else if jcamp::is_one(&text) {
+            Self::Jcamp
+        } else if usgs::is_title(first) || usgs::is_of_version_6(&text) {
             Self::Usgs
         } else {
             Self::Csv
@@ -81,6 +92,8 @@ pub fn files(path: &Path) -> Vec<PathBuf> {
 pub struct Reading {
     /// The quantity of the values, if the file does not say it.
     pub quantity: Option<Quantity>,
+    /// The unit of the wavelengths, if the file does not say it.
+    pub unit: Option<Unit>,
     /// The file of wavelengths, for formats with a separate one (USGS).
     pub wavelengths: Option<PathBuf>,
     /// The range to read, um.
@@ -95,16 +108,20 @@ pub fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, SpectrumEr
         Format::Csv => csv::read(path, reading).map(|one| vec![one]),
         Format::Ecostress => ecostress::read(path, reading).map(|one| vec![one]),
         Format::Usgs => usgs::read(path, reading).map(|one| vec![one]),
+        Format::Jcamp => jcamp::read(path, reading),
         Format::Envi => envi::read(path, reading),
         Format::Ems => ems::read(path, reading),
     }
 }
 
-/// Reads the spectrum of a file that holds one.
+/// Reads the spectrum of a file that holds one. Of the curves of a DIRSIG file it gives the mean.
 pub fn read_one(path: &Path, reading: &Reading) -> Result<Tabulated, SpectrumError> {
     let mut all = read(path, reading)?;
     if all.len() == 1 {
         return Ok(all.remove(0));
+    }
+    if ending(path) == "ems" {
+        return Tabulated::mean(&all);
     }
     Err(SpectrumError::Several {
         path: path.to_owned(),
@@ -148,41 +165,6 @@ pub fn sampled(spectrum: &Spectrum, wavelength_um: &[f64]) -> Result<Vec<f64>, S
     wavelength_um.iter().map(|&um| spectrum.emissivity(um)).collect()
 }
 
-/// The unit of a file's wavelengths.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Unit {
-    Micrometre,
-    Nanometre,
-    Wavenumber,
-}
-
-impl Unit {
-    /// The unit that a heading or label names, if it names one.
-    pub(crate) fn named(text: &str) -> Option<Self> {
-        let text = text.to_lowercase();
-        let has = |parts: &[&str]| parts.iter().any(|part| text.contains(part));
-        if has(&["wavenumber", "cm-1", "cm^-1", "1/cm"]) {
-            Some(Self::Wavenumber)
-        } else if has(&["nanomet", "(nm)", "[nm]", "_nm"]) || text.trim() == "nm" {
-            Some(Self::Nanometre)
-        } else if has(&["micromet", "micron", "(um)", "[um]", "_um", "\u{b5}m", "\u{3bc}m"])
-            || text.trim() == "um"
-        {
-            Some(Self::Micrometre)
-        } else {
-            None
-        }
-    }
-
-    pub(crate) fn um(self, value: f64) -> f64 {
-        match self {
-            Self::Micrometre => value,
-            Self::Nanometre => value / 1e3,
-            Self::Wavenumber => 1e4 / value,
-        }
-    }
-}
-
 fn is_envi(path: &Path) -> bool {
     ["sli", "hdr"].contains(&&*ending(path))
 }
@@ -191,19 +173,64 @@ fn ending(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
-/// A text file in UTF-8, else in Latin-1, without a byte order mark.
+/// A text file in any usual encoding.
 fn text(path: &Path) -> Result<String, SpectrumError> {
-    Ok(crate::support::text::read(path)?)
+    let text = crate::support::text::read(path)?;
+    if text.chars().take(1024).any(|c| c < '\t') {
+        return Err(FileError::wrong(path, "this is not text")
+            .with_hint("export it as columns of text: of a spreadsheet a .csv file")
+            .into());
+    }
+    Ok(text)
 }
 
-/// Refuses a label that says transmission, in any of the libraries' spellings.
-fn refuse_transmission(path: &Path, label: &str) -> Result<(), SpectrumError> {
-    let lower = label.to_lowercase();
-    if ["transmi", "transit"].iter().any(|part| lower.contains(part)) {
-        let (path, said) = (path.to_owned(), label.trim().into());
-        return Err(SpectrumError::Transmission { path, said });
+/// Refuses a label that says transmission or absorbance.
+fn refuse_no_emissivity(path: &Path, label: &str) -> Result<(), SpectrumError> {
+    let (path, said) = (path.to_owned(), label.trim().to_owned());
+    match words::said(label, true) {
+        Some(Said::Transmission) => Err(SpectrumError::Transmission { path, said }),
+        Some(Said::Absorbance) => Err(SpectrumError::Absorbance { path, said }),
+        _ => Ok(()),
     }
-    Ok(())
+}
+
+/// The quantity asked for, else the one that the file says, else emissivity. What the file says
+/// has the text where it says so.
+fn settled(
+    path: &Path,
+    reading: &Reading,
+    said: Option<(Said, String)>,
+) -> Result<Quantity, SpectrumError> {
+    let path = path.to_owned();
+    match (reading.quantity, said) {
+        (Some(quantity), _) | (None, Some((Said::Quantity(quantity), _))) => Ok(quantity),
+        (None, Some((Said::Transmission, said))) => Err(SpectrumError::Transmission { path, said }),
+        (None, Some((Said::Absorbance, said))) => Err(SpectrumError::Absorbance { path, said }),
+        (None, Some((Said::Both, _))) => {
+            Err(unclear(&path, "it names emissivity and reflectance: which of them is not clear"))
+        }
+        (None, None) => Ok(Quantity::Emissivity),
+    }
+}
+
+/// A file that does not say clearly what its values are.
+fn unclear(path: &Path, problem: impl Into<Box<str>>) -> SpectrumError {
+    FileError::wrong(path, problem)
+        .with_hint(
+            "say what the values are: `soilsig spectra convert FILE --quantity reflectance --out \
+             FILE.csv`",
+        )
+        .into()
+}
+
+/// A line that does not say clearly in which unit the wavelengths are.
+fn unclear_unit(path: &Path, line: usize, problem: impl Into<Box<str>>) -> SpectrumError {
+    FileError::wrong_in_line(path, line as u64, problem)
+        .with_hint(
+            "name the unit in the heading, as in wavelength_um, or say it: `soilsig spectra \
+             convert FILE --unit nm --out FILE.csv`",
+        )
+        .into()
 }
 
 fn wrong(path: &Path, line: usize, problem: impl Into<Box<str>>) -> SpectrumError {

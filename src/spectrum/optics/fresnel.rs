@@ -2,11 +2,13 @@
 
 use num_complex::Complex64;
 
+use crate::support::math;
+
 /// Reflectance for unpolarised light of a medium with a complex dielectric function, at a cosine of
 /// the angle of incidence from 0 (grazing) to 1 (normal).
 pub fn unpolarised_reflectance(dielectric: Complex64, cosine: f64) -> f64 {
     // The component of the wave vector across the face within the medium, in units of the vacuum's.
-    let inside = (dielectric - (1.0 - cosine * cosine)).sqrt();
+    let inside = math::sqrt(dielectric - (1.0 - cosine * cosine));
     let across = (cosine - inside) / (cosine + inside);
     let within = (dielectric * cosine - inside) / (dielectric * cosine + inside);
     f64::midpoint(across.norm_sqr(), within.norm_sqr())

@@ -3,7 +3,9 @@
 mod crystal;
 mod fresnel;
 mod powder;
+mod refraction;
 
-pub use crystal::{Axis, Factor, Oscillator, UniaxialCrystal};
+pub use crystal::{Axes, Axis, Crystal, Factor, Indices, Oscillator};
 pub use fresnel::{hemispherical_mean, normal_reflectance, unpolarised_reflectance};
 pub use powder::{Change, PowderForm, PowderParameters, Surface, Volume};
+pub use refraction::{Crossing, inward, outward};

@@ -5,7 +5,9 @@ use std::f64::consts::PI;
 use num_complex::Complex64;
 use serde::Deserialize;
 
-use super::{Axis, UniaxialCrystal, normal_reflectance};
+use super::{Axes, Axis, Crystal, normal_reflectance};
+
+use crate::support::math;
 
 /// Parameters of [`PowderForm`], from a file in spectra/. Other keys of the file are for the script
 /// that fits them.
@@ -92,8 +94,13 @@ pub struct PowderForm {
 }
 
 impl PowderForm {
-    /// The form of one size fraction, from the crystal's constants with the changes of the fit.
-    pub fn new(crystal: &UniaxialCrystal, parameters: PowderParameters) -> Self {
+    /// The form of one size fraction, from the constants of a uniaxial crystal with the changes of the
+    /// fit.
+    ///
+    /// # Panics
+    /// If the crystal is not uniaxial.
+    pub fn new(crystal: &Crystal, parameters: PowderParameters) -> Self {
+        let Axes::Uniaxial(axes) = &crystal.axes else { panic!("quartz is uniaxial") };
         let changed = |axis: &Axis| {
             let mut axis = axis.clone();
             for oscillator in &mut axis.oscillators {
@@ -106,8 +113,7 @@ impl PowderForm {
             }
             axis
         };
-        let ordinary = changed(&crystal.ordinary);
-        let mut extraordinary = changed(&crystal.extraordinary);
+        let [ordinary, mut extraordinary] = [&axes[0], &axes[1]].map(changed);
         extraordinary.eps_inf += parameters.extraordinary_eps_inf_shift;
         Self { parameters, ordinary, extraordinary }
     }
@@ -123,7 +129,7 @@ impl PowderForm {
         let volume = self.parameters.volume.as_ref().map_or(0.0, |&Volume { b, r0, d_um, m }| {
             let transmitted = |index: Complex64| {
                 let x = 4.0 * PI * index.im * d_um / wavelength_um;
-                m.map_or_else(|| (-x).exp(), |m| (1.0 + x / m).powf(-m))
+                m.map_or_else(|| math::exp(-x), |m| math::pow(1.0 + x / m, -m))
             };
             let t = mean(transmitted(o), transmitted(e));
             b * (1.0 - rs) * t * rs / (rs + r0)

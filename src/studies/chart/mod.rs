@@ -19,7 +19,7 @@ use nix::sys::time::TimeVal;
 use crate::draw::plot;
 use crate::support::error::Error;
 use crate::support::output;
-use crate::support::statistics::T_95;
+use crate::support::statistics::quantile_of;
 
 pub use packings::{Maker, packings};
 pub use patch::patch;
@@ -141,6 +141,14 @@ impl Setting {
     }
 }
 
+impl Setting {
+    /// Half-width of the 95 % interval of a single run in the worst band. The error is a root mean
+    /// square about the reference, so there are as many degrees of freedom as runs.
+    pub fn half_width_95(&self) -> f64 {
+        quantile_of(self.repeats) * self.worst
+    }
+}
+
 impl Reference {
     /// The root mean square of the standard errors. Smaller errors cannot be measured.
     pub fn floor(&self) -> f64 {
@@ -157,7 +165,7 @@ impl Reference {
 impl Trade {
     /// The cheapest setting whose 95 % interval is within a tolerance in the worst band.
     pub fn chosen(&self, tolerance: f64) -> Option<&Setting> {
-        self.front().into_iter().find(|setting| T_95 * setting.worst <= tolerance)
+        self.front().into_iter().find(|setting| setting.half_width_95() <= tolerance)
     }
 
     /// The settings measured here without a better one in both time and error, cheapest first.
@@ -177,11 +185,11 @@ impl Trade {
     pub fn write(&self, tolerance: f64, folder: &Path) -> Result<(), Error> {
         output::folder(folder)?;
         let csv = csv(&self.settings, &self.reference);
-        output::bytes(&folder.join("chart.csv"), csv.as_bytes())?;
+        output::bytes(&output::within(folder, "chart.csv")?, csv.as_bytes())?;
         let svg = svg::trade_svg(self, tolerance, &machine())?;
-        output::bytes(&folder.join("chart.svg"), svg.as_bytes())?;
+        output::bytes(&output::within(folder, "chart.svg")?, svg.as_bytes())?;
         let png = plot::png(&svg, plot::PIXELS_PER_UNIT)?;
-        Ok(output::bytes(&folder.join("chart.png"), &png)?)
+        Ok(output::bytes(&output::within(folder, "chart.png")?, &png)?)
     }
 }
 
@@ -268,7 +276,9 @@ mod tests {
         let trade = Trade { scene: "scene".into(), reference, settings };
         let front: Vec<f64> = trade.front().iter().map(|s| s.took.cpu_s).collect();
         assert_eq!(front, [1.0, 3.0]);
-        assert_eq!(trade.chosen(0.03).map(|s| s.took.cpu_s), Some(1.0));
+        // Student's t of ten degrees of freedom is 2.23.
+        assert_eq!(trade.chosen(0.0222).map(|s| s.took.cpu_s), Some(3.0));
+        assert_eq!(trade.chosen(0.0223).map(|s| s.took.cpu_s), Some(1.0));
         assert_eq!(trade.chosen(0.005).map(|s| s.took.cpu_s), Some(3.0));
         assert_eq!(trade.chosen(0.001), None);
     }

@@ -14,7 +14,8 @@ use crate::signature;
 use crate::support::cache::Cache;
 use crate::support::error::Error;
 use crate::support::monitor::{Monitor, Silently, Step};
-use crate::support::{output, random};
+use crate::support::random;
+use crate::support::scratch::Scratch;
 use crate::table::{Prepared, Table, TableMaterial, Target};
 use crate::tracer::trace::{self, Request};
 
@@ -197,8 +198,8 @@ impl Maker<'_> {
         let scene = Scene { geometry, ..prepared.scene.clone() };
         let library = OwnGrains::of(&packing, scene.folder())?;
         let seeds: Vec<u64> = (0..beds).map(|i| random::seed_of(seed, i)).collect();
-        let folder = output::temporary()?;
-        let cache = Cache::new(folder.path().to_owned());
+        let folder = Scratch::temporary()?;
+        let cache = Cache::of_run(folder.path().to_owned());
         let order = Order {
             blender: self.blender,
             scene: &scene,

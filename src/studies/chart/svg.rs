@@ -9,7 +9,7 @@ use crate::draw::plot::legend::Pen;
 use crate::draw::plot::page::{Layout, Page};
 use crate::draw::plot::svg::{Anchor, Point, Svg, text_width};
 use crate::studies::chart::{Setting, Trade};
-use crate::support::statistics::T_95;
+use crate::support::statistics::quantile_of;
 
 const NOTE_SIZE: f64 = 11.0;
 const BESIDE: &str = "Squares: measured elsewhere, each level against its own reference. Grey line \
@@ -37,8 +37,8 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
     let mut known = HashSet::new();
     levels.retain(|level| known.insert(level.clone()));
     let floor = trade.reference.worst_floor();
-    let target = tolerance / T_95;
     let fewest = trade.settings.iter().map(|s| s.repeats).min().ok_or(PlotError::Empty)?;
+    let target = tolerance / quantile_of(fewest);
     let beside = levels.iter().any(|(_, elsewhere)| *elsewhere);
     let caption = [
         format!(

@@ -1,6 +1,7 @@
 //! The rigid-body drop in Blender with unsuitable settings of its solver.
 
 use std::path::PathBuf;
+use std::sync::Mutex;
 
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -10,8 +11,9 @@ use crate::blender;
 use crate::pipeline::{self, HowMany, Options, Source};
 use crate::scene::Grid;
 use crate::support::error::Error;
-use crate::support::monitor::Silently;
+use crate::support::monitor::Monitor;
 use crate::support::output;
+use crate::support::scratch::Scratch;
 
 /// Half of the overlap that is allowed, in mean diameters.
 const CLAIMED: f64 = 0.015;
@@ -21,7 +23,8 @@ pub(super) fn left_out(setting: &Setting) -> Option<String> {
     if setting.without_blender {
         return Some("Blender was not to be used".into());
     }
-    let found = blender::find(setting.blender, setting.cache.blenders(), setting.monitor);
+    let (cache, limit) = (setting.cache.blenders(), blender::PATIENCE);
+    let found = blender::find(setting.blender, cache, limit, setting.monitor);
     found.err().map(|error| format!("no Blender: {error}"))
 }
 
@@ -61,14 +64,14 @@ fn drops(
 
 /// Drops four grains with some fines, and judges the first attempt.
 fn drop(setting: &Setting, tray_um: f64, solver: Value) -> Result<Measured, Error> {
-    let folder = output::temporary()?;
+    let folder = Scratch::temporary()?;
     let path = folder.path().join("scene.json");
     let mut scene = small_scene(4, 20);
     let packing = &mut scene["geometry"]["packing"];
     packing["tray_um"] = json!([tray_um, tray_um]);
     packing["crop_um"] = json!(0);
     packing["drop"] = solver;
-    output::bytes(&path, scene.to_string().as_bytes())?;
+    output::scratch(&path, scene.to_string())?;
     let options = Options {
         grains: None,
         source: Source::Scene(path),
@@ -87,7 +90,7 @@ fn drop(setting: &Setting, tray_um: f64, solver: Value) -> Result<Measured, Erro
     };
     let (cache, out) = (folder.path().join("cache"), folder.path().join("out"));
     let cache = setting.cache.other_results(cache);
-    let monitor = Silently(setting.monitor);
+    let monitor = Listening { of: setting.monitor, said: Mutex::default() };
     let refused = |said: String, status| {
         Ok(Measured { error: None, claimed: CLAIMED, said: vec![said], status })
     };
@@ -98,15 +101,34 @@ fn drop(setting: &Setting, tray_um: f64, solver: Value) -> Result<Measured, Erro
     }
     let report = std::fs::read(out.join("drop.json")).unwrap_or_default();
     let report: Value = serde_json::from_slice(&report).unwrap_or_default();
+    let mut said = monitor.said.into_inner().expect("no panic holds it");
     // If there is a reason, the first attempt failed, and the bed is that of the second.
     if let Some(reason) = report["attempts"][0]["reason"].as_str() {
-        return refused(reason.to_owned(), 0);
+        said.insert(0, reason.to_owned());
+        return Ok(Measured { error: None, claimed: CLAIMED, said, status: 0 });
     }
     let depth = |key: &str| report["checks"]["overlaps"][key].as_f64();
     let depths = ["max_depth_um", "floor_depth_um", "wall_depth_um", "floor_gap_um"].map(depth);
     let deepest = depths.into_iter().flatten().fold(0.0, f64::max);
     let error = deepest / depth("depth_limit_um").unwrap_or(f64::NAN) * 0.02;
-    Ok(Measured { error: Some(error), claimed: CLAIMED, said: Vec::new(), status: 0 })
+    Ok(Measured { error: Some(error), claimed: CLAIMED, said, status: 0 })
+}
+
+/// Hears the warnings of a run.
+struct Listening<'a> {
+    of: &'a dyn Monitor,
+    said: Mutex<Vec<String>>,
+}
+
+impl Monitor for Listening<'_> {
+    fn say(&self, text: &str) {
+        let text = text.trim_start_matches("warning: ").to_owned();
+        self.said.lock().expect("no panic holds it").push(text);
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.of.is_cancelled()
+    }
 }
 
 /// The shipped small recipe with one class of grains.

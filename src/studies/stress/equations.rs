@@ -14,12 +14,13 @@ use crate::scene::Grid;
 use crate::signature::Band;
 use crate::support::error::Error;
 use crate::support::output;
+use crate::support::scratch::Scratch;
 
 /// The error at 9 um of `soilsig retrieve` under a grey sky for an assumed temperature of the
 /// target. The radiance is .1 % too high, and its standard error is .1 %. A masked band has no
 /// error.
 fn retrieved(bands: &[Band], sky_k: f64, assumed_k: f64) -> Result<Measured, Error> {
-    let folder = output::temporary()?;
+    let folder = Scratch::temporary()?;
     let path = folder.path().join("radiance.csv");
     let mut text =
         "wavelength_um,radiance_w_m2_sr_um,radiance_standard_error_w_m2_sr_um\n".to_owned();
@@ -27,7 +28,7 @@ fn retrieved(bands: &[Band], sky_k: f64, assumed_k: f64) -> Result<Measured, Err
         let l = band.l_target.mean;
         let _ = writeln!(text, "{},{:e},{:e}", band.wavelength_um, l * 1.001, l * 1e-3);
     }
-    output::bytes(&path, text.as_bytes())?;
+    output::scratch(&path, text)?;
     let known = Known {
         sky: Sky::Grey(sky_k),
         atmosphere: None,

@@ -16,14 +16,14 @@ const HEADINGS: [&str; 7] =
 pub fn write(rows: &[Row], folder: &Path) -> Result<(), Error> {
     output::folder(folder)?;
     for row in rows.iter().filter(|row| row.left_out.is_none()) {
-        output::bytes(&folder.join(format!("{}.csv", row.name)), csv(row).as_bytes())?;
+        output::bytes(&output::within(folder, &format!("{}.csv", row.name))?, csv(row).as_bytes())?;
     }
     let panels: Vec<Panel> = rows.iter().map(panel).collect();
     let title = "What is swept, where it breaks, and where the tool says so";
     let svg = plot::atlas_svg(title, &panels);
-    output::bytes(&folder.join("atlas.svg"), svg.as_bytes())?;
-    output::bytes(&folder.join("atlas.png"), &plot::png(&svg, plot::PIXELS_PER_UNIT)?)?;
-    output::bytes(&folder.join("atlas.md"), table(rows).as_bytes())?;
+    output::bytes(&output::within(folder, "atlas.svg")?, svg.as_bytes())?;
+    output::bytes(&output::within(folder, "atlas.png")?, &plot::png(&svg, plot::PIXELS_PER_UNIT)?)?;
+    output::bytes(&output::within(folder, "atlas.md")?, table(rows).as_bytes())?;
     Ok(())
 }
 

@@ -56,7 +56,7 @@ fn sampled(setting: &Setting, from_um: f64, to_um: f64) -> Result<Vec<Point>, Er
 pub(super) fn not_opaque(setting: &Setting) -> Result<Vec<Point>, Error> {
     const UM: f64 = 11.0;
     let quartz = crystal("quartz")?;
-    let refraction = quartz.ordinary.index(UM).re;
+    let refraction = quartz.axes.each()[0].1.index(UM).re;
     let absorbed = |diameter_um: f64| {
         hemispherical_mean(|cosine| {
             let sine = (1.0 - cosine * cosine).sqrt();

@@ -6,10 +6,10 @@ use super::{Point, Setting, Shape};
 use crate::report::{Report, terminal};
 use crate::scene::{Grid, Scene};
 use crate::signature::Band;
-use crate::signature::budget::Origin;
 use crate::support::error::{Error, Status};
 use crate::support::monitor::Monitor;
 use crate::support::output;
+use crate::support::scratch::Scratch;
 use crate::table::{Prepared, Table, Target};
 use crate::tracer::trace::{self, Request};
 
@@ -73,11 +73,11 @@ impl<'a> Stage<'a> {
 
     /// Does the work of `soilsig trace` and `soilsig signature` in a temporary folder.
     pub(super) fn run(&self) -> Result<Outcome, Error> {
-        let folder = output::temporary()?;
+        let folder = Scratch::temporary()?;
         let path = folder.path().join("scene.json");
-        output::bytes(&path, self.scene.to_string().as_bytes())?;
+        output::scratch(&path, self.scene.to_string())?;
         for (name, text) in &self.files {
-            output::bytes(&folder.path().join(name), text)?;
+            output::scratch(&folder.path().join(name), text)?;
         }
         let traced = || -> Result<Table, Error> {
             let scene = Scene::read(&path)?;
@@ -94,7 +94,7 @@ impl<'a> Stage<'a> {
             Ok(table) => [table],
         };
         let um = self.grid.wavelengths_um();
-        let report = Report::new(&tables, &um, Origin::of_tables(1), self.target.tolerance, None)?;
+        let report = Report::new(&tables, &um, self.target.tolerance, None)?;
         let Report { bands, reached, .. } = report;
         let said = terminal::blocks(&[("", &reached, None)], true);
         let said = said.lines().map(|line| line.trim().to_owned()).collect();

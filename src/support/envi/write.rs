@@ -1,7 +1,7 @@
 //! ENVI files as they are written: little-endian, band by band.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::support::output::{self, Beside, OutputError};
 
@@ -26,6 +26,15 @@ pub(crate) struct Contents<'a> {
     pub names: &'a [String],
     /// Wavelengths, um; empty where the bands are no spectrum.
     pub wavelengths_um: &'a [f64],
+    /// Full widths of the bands at half maximum, um; empty where they are not known.
+    pub widths_um: &'a [f64],
+    /// Bands that are not to be used; may be empty.
+    pub is_bad: &'a [bool],
+}
+
+/// Names of bands by their wavelengths, um.
+pub(crate) fn band_names(wavelengths_um: &[f64]) -> Vec<String> {
+    wavelengths_um.iter().map(|um| format!("{um} um")).collect()
 }
 
 impl Contents<'_> {
@@ -58,8 +67,15 @@ impl Contents<'_> {
             let _ = writeln!(text, "{of_names} = {{{}}}", names.collect::<Vec<_>>().join(", "));
         }
         if has_spectrum {
-            let um: Vec<String> = self.wavelengths_um.iter().map(f64::to_string).collect();
-            let _ = writeln!(text, "wavelength = {{{}}}", um.join(", "));
+            let list = |um: &[f64]| um.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
+            let _ = writeln!(text, "wavelength = {{{}}}", list(self.wavelengths_um));
+            if self.widths_um.iter().any(|width| *width > 0.0) {
+                let _ = writeln!(text, "fwhm = {{{}}}", list(self.widths_um));
+            }
+        }
+        if self.is_bad.contains(&true) {
+            let good = self.is_bad.iter().map(|bad| if *bad { "0" } else { "1" });
+            let _ = writeln!(text, "bbl = {{{}}}", good.collect::<Vec<_>>().join(", "));
         }
         text
     }
@@ -67,21 +83,34 @@ impl Contents<'_> {
 
 /// Writes a whole file: the data, then the header beside it.
 pub(crate) fn write(path: &Path, contents: &Contents, data: &[u8]) -> Result<(), OutputError> {
-    output::bytes(path, data)?;
-    output::bytes(&path.with_extension("hdr"), contents.header().as_bytes())
+    let whole = |path: &Path, bytes: &[u8]| {
+        let file = Beside::new(path)?;
+        file.write_at(bytes, 0).map(|()| file)
+    };
+    // Both are whole before either has its name.
+    let data = whole(path, data)?;
+    let name = path.with_extension("hdr");
+    let name = name.file_name().unwrap_or_default().to_string_lossy();
+    let header = whole(&output::sibling(path, &name)?, contents.header().as_bytes())?;
+    data.done()?;
+    header.done()
 }
 
 /// An image that is written line by line, so that it need not fit into memory.
 pub(crate) struct Image {
     data: Beside,
-    header: (PathBuf, String),
+    header: Beside,
     lines: usize,
 }
 
 impl Image {
-    pub(crate) fn new(path: &Path, contents: &Contents) -> Result<Self, OutputError> {
-        let header = (path.with_extension("hdr"), contents.header());
-        Ok(Self { data: Beside::new(path)?, header, lines: contents.size[1] })
+    /// Begins an image in a result's folder.
+    pub(crate) fn new(folder: &Path, name: &str, contents: &Contents) -> Result<Self, OutputError> {
+        let data = Beside::new(&output::within(folder, name)?)?;
+        let header = Path::new(name).with_extension("hdr");
+        let header = Beside::new(&output::within(folder, &header.to_string_lossy())?)?;
+        header.write_at(contents.header().as_bytes(), 0)?;
+        Ok(Self { data, header, lines: contents.size[1] })
     }
 
     /// Writes one line, band by band.
@@ -102,6 +131,6 @@ impl Image {
     /// Gives data and header their names.
     pub(crate) fn done(self) -> Result<(), OutputError> {
         self.data.done()?;
-        output::bytes(&self.header.0, self.header.1.as_bytes())
+        self.header.done()
     }
 }

@@ -26,8 +26,8 @@ pub trait Lanes: Copy {
     /// Bit i is set where lane i is at most that of the other.
     fn at_most(self, other: Self) -> u32;
     /// The number of lanes that are at most those of the other. They are written to the front of
-    /// `sorted`, the greatest first, with their entries of `with` beside them. None of these lanes may
-    /// be negative, and their last three bits are lost.
+    /// `sorted`, the greatest first, with their entries of `with` beside them. None of these lanes
+    /// may be negative, and their last three bits are lost.
     fn sort_at_most(self, other: Self, with: &[u32; 8], sorted: Sorted) -> usize;
 }
 

@@ -1,11 +1,11 @@
-//! Closest hits through two levels of bounding volumes: trees of eight-wide nodes over each mesh and
-//! over the placed meshes.
+//! Closest hits through two levels of bounding volumes: trees of eight-wide nodes over each mesh
+//! and over the placed meshes.
 //!
 //! Single precision only culls: it leaves out boxes and triangles that the ray misses by more than
 //! single precision can err. The rest is decided in double precision, in the mesh's coordinates. Of
 //! two hits at the same distance the one of the lower number is taken. So the result is that of
-//! testing every triangle in double precision, to the last bit. It does not depend on the trees, the
-//! order of the walk or the machine's vector width.
+//! testing every triangle in double precision, to the last bit. It does not depend on the trees,
+//! the order of the walk or the machine's vector width.
 
 // A function that is not inlined lacks the CPU features of its caller (`lanes`).
 #![allow(clippy::inline_always)]
@@ -19,7 +19,6 @@ mod triangles;
 mod walk;
 
 use std::cell::RefCell;
-use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
@@ -32,7 +31,7 @@ use walk::Stack;
 
 /// The two levels over all placed meshes of a bed.
 pub struct Accelerator {
-    meshes: Arc<[MeshTree]>,
+    meshes: Vec<MeshTree>,
     /// In the order of the top level's leaves.
     instances: Vec<Instance>,
     top: Tree,
@@ -114,16 +113,6 @@ impl Accelerator {
     /// Builds both levels.
     pub fn new(bed: &Bed) -> Self {
         let meshes: Vec<MeshTree> = bed.meshes.par_iter().map(MeshTree::new).collect();
-        Self::over(meshes.into(), bed)
-    }
-
-    /// The same over other placements of the same meshes.
-    #[must_use]
-    pub fn of(&self, bed: &Bed) -> Self {
-        Self::over(Arc::clone(&self.meshes), bed)
-    }
-
-    fn over(meshes: Arc<[MeshTree]>, bed: &Bed) -> Self {
         let middle = (bed.domain.min_um + bed.domain.max_um) / 2.0;
         let (boxes, balls): (Vec<Aabb>, Vec<Ball>) = bed
             .placements

@@ -105,8 +105,8 @@ impl Ball {
 }
 
 impl MeshTree {
-    /// Takes the nearest hit of a ray in this mesh's coordinates, if it is nearer than the best so far.
-    /// The ray meets nothing before `start`.
+    /// Takes the nearest hit of a ray in this mesh's coordinates, if it is nearer than the best so
+    /// far. The ray meets nothing before `start`.
     #[inline(always)]
     fn nearest<L: Lanes>(
         &self,

@@ -86,7 +86,8 @@ fn the_walk_finds_to_the_last_bit_what_testing_every_triangle_finds() {
                 _ => 2.0 * extent_um * point(random),
             };
             if i % 2 == 0 {
-                // At an edge, or at a corner: which side of it the ray passes is for doubles to say.
+                // At an edge, or at a corner: which side of it the ray passes is for doubles to
+                // say.
                 let place = &bed.placements[(random.pair()[0] * 40.0) as usize];
                 let mesh = &bed.meshes[place.mesh];
                 let number = (random.pair()[0] * mesh.triangles.len() as f64) as usize;

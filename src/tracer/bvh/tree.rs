@@ -1,10 +1,12 @@
-//! A tree of nodes with eight children, made from the binary tree that obvhs builds. No other module
-//! uses obvhs.
+//! A tree of nodes with eight children, made from the binary tree that obvhs builds. No other
+//! module uses obvhs.
 
 use std::time::Duration;
 
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2};
+
+use crate::geometry::MOST_PLACEMENTS;
 
 pub use obvhs::aabb::Aabb;
 
@@ -31,7 +33,8 @@ impl Child {
     const FIRST: u32 = 28;
 
     fn node(number: usize) -> Self {
-        assert!(number < 1 << Self::NUMBER_BITS, "more triangles than memory holds");
+        const { assert!(MOST_PLACEMENTS < 1 << Self::NUMBER_BITS) };
+        assert!(number < 1 << Self::NUMBER_BITS, "no bed has as many");
         Self(number as u32)
     }
 
@@ -70,9 +73,9 @@ pub struct Tree {
 const NODE_COST: f32 = 1.0;
 
 impl Tree {
-    /// Builds a tree over boxes. Calls `block` with the entries of each block, at most `per_block`, in
-    /// the order of the blocks. Leaves that fit share a block: most are smaller, and neighbours are
-    /// met by the same rays.
+    /// Builds a tree over boxes. Calls `block` with the entries of each block, at most `per_block`,
+    /// in the order of the blocks. Leaves that fit share a block: most are smaller, and neighbours
+    /// are met by the same rays.
     pub fn new(boxes: &[Aabb], per_block: usize, mut block: impl FnMut(&[u32])) -> Self {
         let mut nodes = vec![Node::EMPTY];
         if boxes.is_empty() {
@@ -150,7 +153,8 @@ impl Node {
 /// compressed wide BVHs" (High-Performance Graphics 2017), section 3.
 struct Costs<'a> {
     binary: &'a Bvh2,
-    /// For each binary node: its cost as at most 1, 2, ... 7 children; last that of the best split in 8.
+    /// For each binary node: its cost as at most 1, 2, ... 7 children; last that of the best split
+    /// in 8.
     costs: Vec<[f32; WIDTH]>,
     leaf: Vec<bool>,
 }

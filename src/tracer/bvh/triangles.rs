@@ -1,5 +1,5 @@
-//! Which triangles of a leaf a ray may meet: eight at a time, in single precision, with room for its
-//! rounding errors. Whether it does meet them: one by one, in double precision.
+//! Which triangles of a leaf a ray may meet: eight at a time, in single precision, with room for
+//! its rounding errors. Whether it does meet them: one by one, in double precision.
 
 use glam::{DVec3, Vec3};
 
@@ -9,8 +9,8 @@ use super::tree::{Child, WIDTH};
 /// Greatest error of a sheared corner in single precision, as a share of the greatest coordinate of
 /// the ray's origin and the mesh: 32 units of the last place.
 ///
-/// A corner relative to the origin errs by 3 units (the origin's rounding, and that of a difference of
-/// up to twice the coordinate). The sheared one errs by 3 + 3 of these, 8 of the factor's own
+/// A corner relative to the origin errs by 3 units (the origin's rounding, and that of a difference
+/// of up to twice the coordinate). The sheared one errs by 3 + 3 of these, 8 of the factor's own
 /// rounding, 2 of the product's and 4 of the difference's. The products in `Cull::meet` add 8.
 const ROUNDING: f32 = 1.0 / (1 << 19) as f32;
 
@@ -66,7 +66,8 @@ pub struct Cull<L> {
 }
 
 impl<L: Lanes> Cull<L> {
-    /// For the part of the ray from `origin` on. The coordinates of triangles and origin are at most
+    /// For the part of the ray from `origin` on. The coordinates of triangles and origin are at
+    /// most
     /// `reach`.
     #[inline(always)]
     pub fn new(ray: &Ray, origin: DVec3, reach: f32) -> Self {
@@ -84,8 +85,8 @@ impl<L: Lanes> Cull<L> {
 
     /// A bit for each triangle of the leaf that the ray may meet, from either side, up to `t_max`.
     ///
-    /// After Woop, Benthin and Wald, "Watertight ray/triangle intersection", J. Comput. Graph. Tech.
-    /// 2(1), 2013. The edges' signs count only where they are certain.
+    /// After Woop, Benthin and Wald, "Watertight ray/triangle intersection", J. Comput. Graph.
+    /// Tech. 2(1), 2013. The edges' signs count only where they are certain.
     #[inline(always)]
     pub fn meet(&self, block: &Block, leaf: Child, t_max: f32) -> u32 {
         let a = self.sheared(&block.corners[0]);
@@ -171,9 +172,9 @@ impl Ray {
         Self { origin, direction, axes, shear, turned }
     }
 
-    /// Where the ray meets the triangle, from either side, at 0 or farther. No ray passes between two
-    /// triangles that share an edge: both compute the same product for it except for the sign, and a
-    /// ray on it meets both. `coordinate` gives that of a corner along an axis.
+    /// Where the ray meets the triangle, from either side, at 0 or farther. No ray passes between
+    /// two triangles that share an edge: both compute the same product for it except for the sign,
+    /// and a ray on it meets both. `coordinate` gives that of a corner along an axis.
     #[inline(always)]
     pub fn meet(&self, coordinate: impl Fn(usize, usize) -> f64) -> Option<Met> {
         let corner = |number| self.sheared(self.axes.map(|axis| coordinate(number, axis)));

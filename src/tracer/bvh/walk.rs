@@ -5,11 +5,11 @@ use glam::{DVec3, Vec3A};
 use super::lanes::Lanes;
 use super::tree::{Child, Node, Tree};
 
-/// Greatest error of a ray against a box in single precision, as a share of the greatest coordinate of
-/// either: sixteen units of the last place.
+/// Greatest error of a ray against a box in single precision, as a share of the greatest coordinate
+/// of either: sixteen units of the last place.
 ///
-/// The planes of a box are exact. The ray's origin is rounded once, the inverse of the direction and
-/// its products once each (1 + 2 + 2 units), the difference once (2 units).
+/// The planes of a box are exact. The ray's origin is rounded once, the inverse of the direction
+/// and its products once each (1 + 2 + 2 units), the difference once (2 units).
 pub const ROUNDING: f32 = 1.0 / (1 << 20) as f32;
 
 /// Nodes still to be visited: where the ray enters them, and their numbers.
@@ -86,8 +86,8 @@ pub trait AtLeaf {
     fn meet(&mut self, leaf: Child, entered: f32, stack: Stack) -> f32;
 }
 
-/// Calls `leaf` with the leaves that the ray meets and where it enters them. `leaf` may use the rest of
-/// the stack.
+/// Calls `leaf` with the leaves that the ray meets and where it enters them. `leaf` may use the
+/// rest of the stack.
 ///
 /// All children that are met go through the stack: eight are sorted at once, without a branch that
 /// the processor could mispredict.

@@ -1,6 +1,6 @@
 //! How Blender is found and run, shown on scripts that pose as one and on the real ones.
 
 mod doctor;
-mod fake;
+pub mod fake;
 mod jobs;
 mod search;

@@ -25,7 +25,8 @@ impl Surface {
         self.triangle([a, c, d], material);
     }
 
-    /// The band between two circles about the z axis, given by radius and height; polygons of so many sides.
+    /// The band between two circles about the z axis, given by radius and height; polygons of so
+    /// many sides.
     fn band(&mut self, circles: [(f64, f64); 2], sectors: u32, material: u16) {
         for sector in 0..sectors {
             let at = |(radius, z): (f64, f64), sector: u32| {
@@ -101,7 +102,8 @@ fn ball_below(rim_um: f64, lower: f64, sectors: u32) -> Surface {
     surface
 }
 
-/// A whole ball in the open, seen from the east; material 1 is its eastern half, material 0 the other.
+/// A whole ball in the open, seen from the east; material 1 is its eastern half, material 0 the
+/// other.
 pub fn ball(zenith_deg: f64) -> Bed {
     let mut surface = ball_below(RADIUS_UM, 0.5, 256);
     // Laid on its side: its lower half looks east.
@@ -129,19 +131,20 @@ pub enum Seen {
     Opening,
 }
 
-/// The plane about an opening, wide enough for the square about it: fine at the rim and coarse beyond.
+/// The plane about an opening, wide enough for the square about it: fine at the rim and coarse
+/// beyond.
 fn add_collar(surface: &mut Surface, radius_um: f64, z_um: f64, sectors: u32, material: u16) {
     surface.band([(radius_um, z_um), (1.03 * radius_um, z_um)], sectors, material);
     // The coarse polygon's inner side lies within the fine band.
     surface.band([(1.02 * radius_um, z_um), (1.5 * radius_um, z_um)], 64, material);
 }
 
-/// A sphere of which a share `open` of the area is missing at the top; material 1 below the height under
-/// which a share `lower` of its area lies, material 0 above, material 2 the collar.
+/// A sphere of which a share `open` of the area is missing at the top; material 1 below the height
+/// under which a share `lower` of its area lies, material 0 above, material 2 the collar.
 ///
-/// Of an inscribed polyhedron with n sectors and 3 n / 4 rings a share of (pi / n)^2 / 4 or so of the area is
-/// missing: the opening's share is larger by that. Emissivities change by at most a quarter of it: 1e-5 for 256
-/// sectors, 4e-5 for 128.
+/// Of an inscribed polyhedron with n sectors and 3 n / 4 rings a share of (pi / n)^2 / 4 or so of
+/// the area is missing: the opening's share is larger by that. Emissivities change by at most a
+/// quarter of it: 1e-5 for 256 sectors, 4e-5 for 128.
 pub fn sphere(open: f64, lower: f64, seen: Seen) -> Bed {
     // One tree for each direction over the opening.
     let sectors = if seen == Seen::Opening { 128 } else { 256 };
@@ -155,9 +158,9 @@ pub fn sphere(open: f64, lower: f64, seen: Seen) -> Bed {
     surface.seen_in(window(half_um, rim), 3)
 }
 
-/// A cylinder with a bottom, open at the top, of a depth in radii; material 0, material 1 the collar. The polygon
-/// of n = 256 sides has the circle's area; its perimeter is longer by (pi / n)^2 / 6 = 2.5e-5, its emissivity
-/// larger by less than a quarter of that.
+/// A cylinder with a bottom, open at the top, of a depth in radii; material 0, material 1 the
+/// collar. The polygon of n = 256 sides has the circle's area; its perimeter is longer by (pi /
+/// n)^2 / 6 = 2.5e-5, its emissivity larger by less than a quarter of that.
 pub fn cylinder(depth: f64, seen: Seen) -> Bed {
     let sectors = 256;
     let angle = TAU / f64::from(sectors);
@@ -168,7 +171,8 @@ pub fn cylinder(depth: f64, seen: Seen) -> Bed {
     surface.quad([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)], 0);
     surface.band([(radius, 0.0), (radius, top)], sectors, 0);
     add_collar(&mut surface, radius, top, sectors, 1);
-    // The radiosity is even about the centre: over a spot of a 300th of the radius it changes by 1e-5 of itself.
+    // The radiosity is even about the centre: over a spot of a 300th of the radius it changes by
+    // 1e-5 of itself.
     let half_um = match seen {
         Seen::Centre => RADIUS_UM / 300.0,
         Seen::Opening => radius,
@@ -176,8 +180,8 @@ pub fn cylinder(depth: f64, seen: Seen) -> Bed {
     surface.seen_in(window(half_um, top), 2)
 }
 
-/// Two square plates, material 0 below and material 1 above, so wide that less than 1e-5 of what leaves one misses
-/// the other; the sensor looks down from between them.
+/// Two square plates, material 0 below and material 1 above, so wide that less than 1e-5 of what
+/// leaves one misses the other; the sensor looks down from between them.
 pub fn parallel_plates() -> Bed {
     let half_um = 500.0 * RADIUS_UM;
     let plate = |z: f64| {
@@ -199,7 +203,8 @@ pub enum Shell {
     Outer,
 }
 
-/// A sphere, material 0, in another, material 1, whose area is larger by 1 / `ratio`, and the sensor between them.
+/// A sphere, material 0, in another, material 1, whose area is larger by 1 / `ratio`, and the
+/// sensor between them.
 ///
 /// The facets of both are alike, so the ratio of their areas is that of the spheres.
 pub fn concentric_spheres(ratio: f64, seen: Shell) -> Bed {

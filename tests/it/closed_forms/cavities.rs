@@ -26,9 +26,9 @@ fn a_spherical_cavity() {
     }
 }
 
-/// Irradiation H = (a1 e1 + a2 e2) / (1 - a1 (1 - e1) - a2 (1 - e2)) and radiosities Ji = ei + (1 - ei) H for
-/// shares a1, a2 of the sphere's area. Every part of the sphere sees the opening alike, so their mean by area is
-/// what leaves it.
+/// Irradiation H = (a1 e1 + a2 e2) / (1 - a1 (1 - e1) - a2 (1 - e2)) and radiosities Ji = ei + (1 -
+/// ei) H for shares a1, a2 of the sphere's area. Every part of the sphere sees the opening alike,
+/// so their mean by area is what leaves it.
 #[test]
 fn a_spherical_cavity_of_two_materials() {
     for ([a1, a2], [e1, e2], [j1, j2, mean]) in [

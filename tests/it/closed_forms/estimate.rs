@@ -14,12 +14,12 @@ const STANDARD_ERROR: f64 = 1e-4;
 /// Weight below which paths end: it may hide a hundredth of what is allowed.
 const LEAST_WEIGHT: f64 = 1e-6;
 
-/// Paths after which the standard error is looked at first; then as many are traced as it takes by that, up to
-/// four times as many.
+/// Paths after which the standard error is looked at first; then as many are traced as it takes by
+/// that, up to four times as many.
 const LEAST: u64 = 1 << 17;
 
-/// Directions over a hemisphere. What is seen from them changes without a jump, so that the midpoint rule errs by
-/// the order of their number to the power of -2.
+/// Directions over a hemisphere. What is seen from them changes without a jump, so that the
+/// midpoint rule errs by the order of their number to the power of -2.
 const DIRECTIONS: u64 = 256;
 
 /// Where the sensor stands.
@@ -27,11 +27,11 @@ const DIRECTIONS: u64 = 256;
 pub enum View {
     /// At this zenith angle in the east.
     From { zenith_deg: f64 },
-    /// All around a body of revolution, by the cosine: sin^2 of the zenith angle is uniform, and one azimuth does
-    /// for all.
+    /// All around a body of revolution, by the cosine: sin^2 of the zenith angle is uniform, and
+    /// one azimuth does for all.
     HemisphereOfRound,
-    /// All around a profile without end along y, by the cosine. Where a ray meets it depends on the ray's
-    /// projection on the x-z plane alone, and the sine of that angle is uniform.
+    /// All around a profile without end along y, by the cosine. Where a ray meets it depends on the
+    /// ray's projection on the x-z plane alone, and the sine of that angle is uniform.
     HemisphereOfProfile,
 }
 
@@ -48,8 +48,8 @@ impl View {
     }
 }
 
-/// One less the mean weight for each set of reflectances, all from the same paths: the emissivity, and the radiosity
-/// where all emit as a black body of 1 would.
+/// One less the mean weight for each set of reflectances, all from the same paths: the emissivity,
+/// and the radiosity where all emit as a black body of 1 would.
 pub fn emissivities(bed: &Bed, view: View, reflectances: &[Vec<f64>]) -> Vec<Mean> {
     traced(bed, view, Kept::PLAIN, reflectances, &|histogram| {
         let of = |rho: &Vec<f64>| {
@@ -60,7 +60,8 @@ pub fn emissivities(bed: &Bed, view: View, reflectances: &[Vec<f64>]) -> Vec<Mea
     })
 }
 
-/// The mean radiance that leaves what is looked at, where materials have these black-body radiances.
+/// The mean radiance that leaves what is looked at, where materials have these black-body
+/// radiances.
 pub fn radiosity(bed: &Bed, view: View, reflectance: &[f64], l_blackbody: &[f64]) -> Mean {
     let kept = Kept { order: true, ..Kept::PLAIN };
     let means = traced(bed, view, kept, &[reflectance.to_vec()], &|histogram| {
@@ -84,6 +85,7 @@ fn traced(
         most_hits: MOST_HITS,
         greatest: vec![1.0; bed.materials],
         least_weight: 0.0,
+        nodes: Vec::new(),
     };
     let rules = rules.ending_below(LEAST_WEIGHT, reflectances);
     let tracers: Vec<Tracer> = view
@@ -112,7 +114,8 @@ fn traced(
     }
 }
 
-/// Leaves out paths that met the last of the materials, the collar about an opening: they looked past it.
+/// Leaves out paths that met the last of the materials, the collar about an opening: they looked
+/// past it.
 fn past_collar(histogram: &mut Histogram, materials: usize) {
     if histogram.kept.order || materials == 1 {
         return;

@@ -5,7 +5,8 @@ use super::estimate::{View, assert_is, radiosity};
 
 const NADIR: View = View::From { zenith_deg: 0.0 };
 
-/// The first plate emits e1 of a black body's 1: J1 = e1 / (1 - (1 - e1)(1 - e2)), J2 = (1 - e2) J1.
+/// The first plate emits e1 of a black body's 1: J1 = e1 / (1 - (1 - e1)(1 - e2)), J2 = (1 - e2)
+/// J1.
 #[test]
 fn parallel_plates_of_two_temperatures() {
     for (e1, e2, j1, j2) in
@@ -20,8 +21,8 @@ fn parallel_plates_of_two_temperatures() {
     }
 }
 
-/// The inner sphere emits e1 of a black body's 1 and sees the outer one only, which sees it with the ratio q of
-/// their areas, and itself with the rest.
+/// The inner sphere emits e1 of a black body's 1 and sees the outer one only, which sees it with
+/// the ratio q of their areas, and itself with the rest.
 #[test]
 fn concentric_spheres_of_two_temperatures() {
     for (q, e1, e2, j1, j2) in [

@@ -1,8 +1,9 @@
-//! The tracer against closed forms of radiative exchange, within three standard errors of 1e-4 at most.
+//! The tracer against closed forms of radiative exchange, within three standard errors of 1e-4 at
+//! most.
 //!
-//! Surfaces are grey, opaque and Lambertian. Where there is no formula the figures are solutions of the integral
-//! equation for the radiosity (Siegel and Howell, Thermal Radiation Heat Transfer, tell how to set it up), good to
-//! the digits given.
+//! Surfaces are grey, opaque and Lambertian. Where there is no formula the figures are solutions of
+//! the integral equation for the radiosity (Siegel and Howell, Thermal Radiation Heat Transfer,
+//! tell how to set it up), good to the digits given.
 
 mod bodies;
 mod cavities;

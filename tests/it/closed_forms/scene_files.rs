@@ -15,8 +15,8 @@ struct Case {
 }
 
 impl Case {
-    /// An .obj file and a scene about it; `placed` is the JSON of `geometry.placed`, `emissivities` those
-    /// of the materials `m0`, `m1`, ...
+    /// An .obj file and a scene about it; `placed` is the JSON of `geometry.placed`, `emissivities`
+    /// those of the materials `m0`, `m1`, ...
     fn new(obj: &str, placed: &str, emissivities: &[f64]) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         fs::write(folder.path().join("mesh.obj"), obj).expect("written");
@@ -82,8 +82,8 @@ fn two_materials_are_told_apart_by_what_the_sensor_sees_first() {
     assert!((share - 0.5).abs() < 0.01, "{share}");
 }
 
-/// The mirror sides of a domain are the infinite bed of mirror images: a scene and its explicit mirror
-/// image beside it give the same answer.
+/// The mirror sides of a domain are the infinite bed of mirror images: a scene and its explicit
+/// mirror image beside it give the same answer.
 #[test]
 fn mirror_sides_equal_explicit_mirror_images() {
     let step = "v 0 0 0\nv 300 0 200\nv 300 400 0\nv 0 400 0\nv 150 100 350\nv 250 300 300\n\

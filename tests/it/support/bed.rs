@@ -57,7 +57,8 @@ impl SmallBed {
     }
 }
 
-/// A folder that outlives this process, since nothing drops what is static; those of earlier ones go.
+/// A folder that outlives this process, since nothing drops what is static; those of earlier ones
+/// go.
 fn folder() -> PathBuf {
     let all = Path::new(env!("CARGO_TARGET_TMPDIR"));
     for entry in fs::read_dir(all).expect("Cargo made it").flatten() {

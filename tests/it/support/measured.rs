@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use soilsig::radiometry::{Measured, l_target, planck};
 
-/// Made-up lines of a humid sky: centres by a fixed rule, crowded where water vapour (below 8 um, above 12), ozone
-/// (9.4 to 9.9) and carbon dioxide (above 13) have theirs; air at 280 K.
+/// Made-up lines of a humid sky: centres by a fixed rule, crowded where water vapour (below 8 um,
+/// above 12), ozone (9.4 to 9.9) and carbon dioxide (above 13) have theirs; air at 280 K.
 pub fn l_sky(um: f64) -> f64 {
     let mut depth = 0.08 * (um / 10.0).powi(2);
     for line in 0..220_u32 {
@@ -44,7 +44,8 @@ impl Noise {
     }
 }
 
-/// What a spectrometer measures of a target of these emissivities, with noise as a difference in temperature (NEdT), K.
+/// What a spectrometer measures of a target of these emissivities, with noise as a difference in
+/// temperature (NEdT), K.
 pub fn measured(
     emissivity: &[(f64, f64)],
     temperature_k: f64,

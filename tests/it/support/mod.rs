@@ -1,7 +1,9 @@
 //! What several tests share.
 
 mod bed;
+mod faults;
 mod measured;
+mod meshes;
 mod place;
 mod scenes;
 mod told;
@@ -9,7 +11,11 @@ mod tools;
 mod vectors;
 
 pub use bed::SmallBed;
+pub use faults::{Found, failing_library, found, killed_after, left_over};
 pub use measured::{Noise, l_sky, measured};
+pub use meshes::{
+    PIT_CORNERS, PIT_FACES, area, facets, load, load_from, load_scene, pit_lines, scene_of,
+};
 pub use place::{Place, shipped, shipped_json, shipped_path};
 pub use scenes::{emissivity, trace_file};
 pub use told::{message, told, without_fractions, without_numbers, without_places};

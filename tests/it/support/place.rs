@@ -97,7 +97,8 @@ impl Place {
         (out, err)
     }
 
-    /// Runs, expects a failure of any exit status and returns the message for a snapshot, which has the status too.
+    /// Runs, expects a failure of any exit status and returns the message for a snapshot, which has
+    /// the status too.
     pub fn failed(&self, args: &[&str]) -> String {
         let output = self.soilsig(args).output().expect("it runs");
         let said = String::from_utf8(output.stderr).expect("UTF-8");

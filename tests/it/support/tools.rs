@@ -1,8 +1,8 @@
 //! What some tests need besides this crate, named by variables of the environment.
 //!
-//! `make test` sets all of them, and `SOILSIG_TEST_ALL`: then a tool that is missing is a failure, unless its variable
-//! says `none` (`make test WITHOUT=...`). Without `SOILSIG_TEST_ALL`, as by a plain `cargo test`, what a missing tool
-//! leaves out is said on standard error.
+//! `make test` sets all of them, and `SOILSIG_TEST_ALL`: then a tool that is missing is a failure,
+//! unless its variable says `none` (`make test WITHOUT=...`). Without `SOILSIG_TEST_ALL`, as by a
+//! plain `cargo test`, what a missing tool leaves out is said on standard error.
 
 use std::env;
 use std::io::{Write as _, stderr};
@@ -65,7 +65,8 @@ pub fn tool(tool: Tool) -> Option<PathBuf> {
     place
 }
 
-/// Every Blender to test with: the executable and the Python with `bpy`. For each that is missing it says so.
+/// Every Blender to test with: the executable and the Python with `bpy`. For each that is missing
+/// it says so.
 ///
 /// # Panics
 /// Where one is missing and may not be.

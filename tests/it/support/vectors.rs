@@ -1,4 +1,5 @@
-//! Vectors and random numbers of the tests that trace by themselves, and share no code with the tracer.
+//! Vectors and random numbers of the tests that trace by themselves, and share no code with the
+//! tracer.
 
 /// Three coordinates.
 pub type V = [f64; 3];

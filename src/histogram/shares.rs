@@ -1,0 +1,186 @@
+//! What several histograms together give for reflectances, with exact derivatives.
+
+use std::collections::BTreeMap;
+
+use super::tally::{Kept, State};
+use super::{Histogram, totals};
+
+/// The share of the paths of each of several histograms in each state, of all groups together.
+///
+/// The mean weight that paths bring to the sky is G(rho), the sum over states of their share times
+/// the product of the reflectances of their hits: the joint generating function of the hits. A path
+/// that was given up counts half of what it may still bring, as in every signature.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shares {
+    kept: Kept,
+    states: Vec<State>,
+    /// By histogram, then by state.
+    shares: Vec<Vec<f64>>,
+}
+
+/// What a weighted sum of histograms gives in a band.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summed {
+    /// The sum with each set of weights.
+    pub values: Vec<f64>,
+    /// The derivative of the first along each direction.
+    pub slopes: Vec<f64>,
+}
+
+/// The least reflectance that a derivative is divided by: it is exact for states with one hit.
+const LEAST: f64 = 1e-12;
+
+impl Shares {
+    /// Of histograms that record the same of each path, and no zenith of escape.
+    ///
+    /// # Panics
+    /// Without a histogram.
+    pub fn of(histograms: &[&Histogram]) -> Self {
+        let mut numbers: BTreeMap<&[u16], usize> = BTreeMap::new();
+        let mut shares: Vec<Vec<f64>> = vec![Vec::new(); histograms.len()];
+        for (of, shares) in histograms.iter().zip(&mut shares) {
+            let all = of.paths() * of.parts as f64;
+            for (states, part) in [(&of.escaped, 1.0), (&of.given_up, 0.5)] {
+                for (state, count) in totals(states) {
+                    let next = numbers.len();
+                    let number = *numbers.entry(state).or_insert(next);
+                    if shares.len() <= number {
+                        shares.resize(number + 1, 0.0);
+                    }
+                    shares[number] += part * count as f64 / all;
+                }
+            }
+        }
+        let mut states: Vec<State> = vec![State::default(); numbers.len()];
+        for (state, number) in numbers {
+            states[number] = state.into();
+        }
+        shares.iter_mut().for_each(|shares| shares.resize(states.len(), 0.0));
+        Self { kept: histograms[0].kept, states, shares }
+    }
+
+    /// The share of each state in a sum of the histograms with these weights.
+    pub fn mixture(&self, weights: &[f64]) -> Vec<f64> {
+        let mut sum = vec![0.0; self.states.len()];
+        for (shares, weight) in self.shares.iter().zip(weights).filter(|(_, w)| **w != 0.0) {
+            for (sum, share) in sum.iter_mut().zip(shares) {
+                *sum += weight * share;
+            }
+        }
+        sum
+    }
+
+    /// The weights that mixtures bring to the sky for a reflectance of each symbol, and the
+    /// derivative of the first along directions: derivatives of the reflectances in a parameter.
+    pub fn weight(
+        &self,
+        mixtures: &[&[f64]],
+        reflectance: &[f64],
+        directions: &[&[f64]],
+    ) -> Summed {
+        let safe: Vec<f64> = reflectance.iter().map(|rho| rho.max(LEAST)).collect();
+        let relative: Vec<Vec<f64>> = directions
+            .iter()
+            .map(|of| of.iter().zip(&safe).map(|(d, rho)| d / rho).collect())
+            .collect();
+        let powers: Vec<Vec<f64>> = if self.kept.lists() {
+            Vec::new()
+        } else {
+            safe.iter().map(|rho| powers(*rho)).collect()
+        };
+        let mut values = vec![0.0; mixtures.len()];
+        let mut slopes = vec![0.0; directions.len()];
+        for (number, hits) in self.states.iter().enumerate() {
+            if mixtures.iter().all(|mixture| mixture[number] == 0.0) {
+                continue;
+            }
+            let weight = if self.kept.lists() {
+                hits.iter().fold(1.0, |w, &symbol| w * safe[usize::from(symbol)])
+            } else {
+                let power = |(symbol, &n): (usize, &u16)| match powers[symbol].get(usize::from(n)) {
+                    Some(power) => *power,
+                    None => safe[symbol].powi(n.into()),
+                };
+                hits.iter().enumerate().map(power).product()
+            };
+            for (value, mixture) in values.iter_mut().zip(mixtures) {
+                *value += mixture[number] * weight;
+            }
+            let weight = mixtures[0][number] * weight;
+            for (slope, relative) in slopes.iter_mut().zip(&relative) {
+                let of_hits = if self.kept.lists() {
+                    hits.iter().map(|&symbol| relative[usize::from(symbol)]).sum::<f64>()
+                } else {
+                    hits.iter().zip(relative).map(|(&n, relative)| f64::from(n) * relative).sum()
+                };
+                *slope += weight * of_hits;
+            }
+        }
+        Summed { values, slopes }
+    }
+}
+
+/// The first powers of a reflectance.
+fn powers(rho: f64) -> Vec<f64> {
+    std::iter::successors(Some(1.0), |power| Some(power * rho)).take(64).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::histogram::tally::PARTS;
+
+    type States<'a> = &'a [(&'a [u16], i64)];
+
+    fn histogram(kept: Kept, escaped: States, given_up: States) -> Histogram {
+        let of = |states: States| {
+            states.iter().map(|(state, n)| ((*state).into(), vec![(0, *n)])).collect()
+        };
+        let (escaped, given_up) = (of(escaped), of(given_up));
+        Histogram { kept, parts: PARTS, escaped, given_up, rouletted: vec![(1, 5)] }
+    }
+
+    const COUNTS: Kept = Kept::PLAIN;
+    const LISTS: Kept = Kept { cosines: 2, ..Kept::PLAIN };
+
+    /// Two beds each of counts and of lists, with numbers of symbols.
+    fn beds() -> [([Histogram; 2], usize); 2] {
+        let a = histogram(COUNTS, &[(&[1, 0], 30), (&[2, 3], 20), (&[0, 70], 5)], &[(&[9, 1], 4)]);
+        let b = histogram(COUNTS, &[(&[1, 0], 10), (&[2, 4], 25)], &[]);
+        let c = histogram(LISTS, &[(&[0], 30), (&[1, 1, 3], 20), (&[0, 2, 3, 3], 9)], &[]);
+        let d = histogram(LISTS, &[(&[0], 30), (&[0, 2, 2], 9)], &[(&[2, 2], 4)]);
+        [([a, b], 2), ([c, d], 4)]
+    }
+
+    /// The value is that of the histograms, the derivative that of central differences.
+    #[test]
+    fn sums_and_their_derivatives_are_those_of_the_histograms() {
+        for ([a, b], n) in beds() {
+            let rho = &[0.7, 0.4, 0.55, 0.9][..n];
+            let direction = &[0.3, -0.2, 0.11, 0.05][..n];
+            let shares = Shares::of(&[&a, &b]);
+            let mixtures = [shares.mixture(&[0.3, 0.7]), shares.mixture(&[-1.0, 0.0])];
+            let mixtures = [&mixtures[0][..], &mixtures[1][..]];
+            let found = shares.weight(&mixtures, rho, &[direction]);
+            let [a, b] = [&a, &b].map(|of| of.weight(rho).mean);
+            assert!((found.values[0] - 0.3 * a - 0.7 * b).abs() < 1e-14, "{found:?}");
+            assert!((found.values[1] + a).abs() < 1e-14, "{found:?}");
+            let moved = |step: f64| {
+                let rho: Vec<f64> = rho.iter().zip(direction).map(|(r, d)| r + step * d).collect();
+                shares.weight(&mixtures, &rho, &[]).values[0]
+            };
+            let differences = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+            assert!((found.slopes[0] - differences).abs() < 1e-8, "{found:?} {differences}");
+        }
+    }
+
+    #[test]
+    fn a_black_facet_has_a_derivative() {
+        let of = histogram(COUNTS, &[(&[1, 1], 40), (&[0, 2], 5)], &[]);
+        let shares = Shares::of(&[&of]);
+        let mixture = shares.mixture(&[1.0]);
+        let found = shares.weight(&[&mixture], &[0.0, 0.5], &[&[1.0, 0.0]]);
+        assert!((found.values[0] - 0.025).abs() < 1e-9, "{found:?}");
+        assert!((found.slopes[0] - 0.4).abs() < 1e-9, "{found:?}");
+    }
+}

@@ -1,0 +1,61 @@
+//! Covariances across bands.
+
+use nalgebra::DMatrix;
+
+/// Matérn's correlation of order 3/2: smooth curves that forget each other over a length.
+pub fn matern(distance: f64, length: f64) -> f64 {
+    let scaled = 3.0_f64.sqrt() * distance.abs() / length;
+    (1.0 + scaled) * (-scaled).exp()
+}
+
+/// The correlation between bands at these wavelengths, um.
+pub fn correlation(um: &[f64], length_um: f64) -> DMatrix<f64> {
+    DMatrix::from_fn(um.len(), um.len(), |i, j| matern(um[i] - um[j], length_um))
+}
+
+/// The covariance of a curve with these standard deviations and a correlation length, um.
+pub fn covariance(um: &[f64], standard_deviation: &[f64], length_um: f64) -> DMatrix<f64> {
+    let mut all = correlation(um, length_um);
+    for ((i, j), value) in indexed(um.len()).zip(all.iter_mut()) {
+        *value *= standard_deviation[i] * standard_deviation[j];
+    }
+    all
+}
+
+/// Rows and columns of a square matrix in the order of its storage.
+fn indexed(n: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..n).flat_map(move |j| (0..n).map(move |i| (i, j)))
+}
+
+/// The covariance of the mean of these curves, all independent and alike.
+pub fn of_mean(curves: &[Vec<f64>]) -> DMatrix<f64> {
+    let (n, bands) = (curves.len() as f64, curves[0].len());
+    let mean = |band: usize| curves.iter().map(|curve| curve[band]).sum::<f64>() / n;
+    let off = DMatrix::from_fn(bands, curves.len(), |band, i| curves[i][band] - mean(band));
+    &off * off.transpose() / (n * (n - 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_covariance_of_a_mean_is_that_of_its_curves_over_their_number() {
+        // 1, 3 and 5 have variance 4; the second band is minus half of the first.
+        let curves: Vec<Vec<f64>> = [1.0, 3.0, 5.0].map(|v| vec![v, -0.5 * v]).to_vec();
+        let found = of_mean(&curves);
+        let expected = DMatrix::from_row_slice(2, 2, &[4.0, -2.0, -2.0, 1.0]) / 3.0;
+        assert!((found - expected).norm() < 1e-14);
+    }
+
+    #[test]
+    fn correlations_fall_from_one_and_are_positive_definite() {
+        let um: Vec<f64> = (0..40).map(|i| 8.0 + 0.02 * f64::from(i)).collect();
+        let of = correlation(&um, 0.3);
+        assert_eq!(of[(3, 3)], 1.0);
+        assert!(
+            (matern(0.3, 0.3) - (1.0 + 3.0_f64.sqrt()) * (-3.0_f64.sqrt()).exp()).abs() < 1e-15
+        );
+        assert!((of + DMatrix::identity(40, 40) * 1e-10).cholesky().is_some());
+    }
+}

@@ -1,0 +1,111 @@
+//! What a user has to mind of a match.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::support::linear::span;
+
+/// A warning.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub enum Warning {
+    /// No parameter makes the fit good.
+    NoGoodFit {
+        /// Root mean square of the residuals.
+        rms: f64,
+        /// Where they are largest, um.
+        bands_um: Vec<[f64; 2]>,
+    },
+    /// The bands do not tell two parameters apart.
+    Correlated {
+        /// One parameter.
+        one: String,
+        /// The other.
+        other: String,
+        /// Their correlation.
+        correlation: f64,
+    },
+    /// The bands tell less of a parameter than its prior does.
+    NotTold {
+        /// The parameter.
+        parameter: String,
+        /// Its degrees of freedom.
+        degrees_of_freedom: f64,
+    },
+    /// A parameter is at its bound.
+    AtBound {
+        /// The parameter.
+        parameter: String,
+        /// The bound.
+        bound: f64,
+    },
+    /// Another model of facets, or another place of the second component, gives another cover.
+    ModelsDiffer {
+        /// The other model.
+        model: String,
+        /// Its cover and its standard error.
+        cover: [f64; 2],
+    },
+    /// Half of the bands give another cover.
+    HalvesDiffer {
+        /// The covers.
+        covers: [f64; 2],
+    },
+    /// Fits from different starts end in different minima.
+    SeveralMinima {
+        /// How many.
+        minima: usize,
+    },
+    /// Linear mixing fits better.
+    LinearIsBetter {
+        /// Its root mean square.
+        rms: f64,
+    },
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoGoodFit { rms, bands_um } => {
+                let bands: Vec<String> = bands_um.iter().map(|&run| span(run)).collect();
+                let bands = bands.join(", ");
+                write!(
+                    f,
+                    "no parameter makes the fit good: RMS {rms:.3}. Against it speak {bands} um; \
+                     the soil has something that the model has not"
+                )
+            }
+            Self::Correlated { one, other, correlation } => write!(
+                f,
+                "these bands do not tell {one} and {other} apart (correlation {correlation:.2}): \
+                 give one of them with --prior"
+            ),
+            Self::NotTold { parameter, degrees_of_freedom } => write!(
+                f,
+                "these bands do not tell {parameter}: {:.0} % of its value comes from its prior",
+                100.0 * (1.0 - degrees_of_freedom)
+            ),
+            Self::AtBound { parameter, bound } => {
+                write!(f, "{parameter} is at its bound of {bound:.3}: read its interval one-sided")
+            }
+            Self::ModelsDiffer { model, cover: [cover, error] } => write!(
+                f,
+                "{model}: the cover is {cover:.2} +- {error:.2}; the models differ by more than \
+                 their errors"
+            ),
+            Self::HalvesDiffer { covers: [even, odd] } => write!(
+                f,
+                "every other band gives a cover of {even:.2}, the rest {odd:.2}: the answer \
+                 depends on the bands"
+            ),
+            Self::SeveralMinima { minima } => {
+                write!(f, "the starts led to {minima} different minima: the best is shown")
+            }
+            Self::LinearIsBetter { rms } => {
+                write!(f, "linear mixing with a flat component fits better: RMS {rms:.3}")
+            }
+        }
+    }
+}

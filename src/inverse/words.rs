@@ -1,0 +1,137 @@
+//! A match in words: the answer first.
+
+use super::Warning;
+use super::result::{Fit, Fitted, Match};
+
+/// The names of parameters for people.
+fn name(fitted: &Fitted) -> &str {
+    match fitted.parameter.name.as_str() {
+        "cover" => "cover with fines",
+        "second" => "second component",
+        "level" => "its emissivity",
+        "large_fines" => "large fines",
+        "fines" => "fines",
+        "flat" => "flat component",
+        other => other,
+    }
+}
+
+/// A parameter with its error.
+fn parameter(fitted: &Fitted) -> String {
+    let Fitted { best, standard_error, parameter, .. } = fitted;
+    let decimals = if parameter.unit.is_empty() { 2 } else { 3 };
+    let unit =
+        if parameter.unit.is_empty() { String::new() } else { format!(" {}", parameter.unit) };
+    let mut text =
+        format!("{} {best:.decimals$} +- {standard_error:.decimals$}{unit}", name(fitted));
+    if fitted.degrees_of_freedom < 0.5 {
+        text += " (not told by these bands)";
+    }
+    text
+}
+
+/// The fitted parameters in a line.
+fn parameters(fit: &Fit) -> String {
+    let is_free = |fitted: &&Fitted| fitted.parameter.prior_standard_deviation > 0.0;
+    fit.parameters.iter().filter(is_free).map(parameter).collect::<Vec<_>>().join(", ")
+}
+
+/// The answer in two lines.
+pub fn answer(result: &Match) -> String {
+    let fit = &result.answer;
+    let bad = result.warnings.iter().any(|w| matches!(w, Warning::NoGoodFit { .. }));
+    let verdict = if bad { "no good fit: " } else { "" };
+    format!("{verdict}{}\n{}\n", parameters(fit), quality(fit))
+}
+
+fn quality(fit: &Fit) -> String {
+    let Fit { rms, discrepancy, known_errors, degrees_of_freedom, .. } = fit;
+    format!(
+        "RMS {rms:.4}; model discrepancy {:.4} over {} um; chi-square with known errors alone \
+         {:.0} of {:.0} (p {:.3}); {degrees_of_freedom:.2} degrees of freedom",
+        discrepancy.standard_deviation,
+        discrepancy.length_um,
+        known_errors.value,
+        known_errors.freedom,
+        known_errors.p,
+    )
+}
+
+/// All of it, on a page.
+pub fn page(result: &Match) -> String {
+    let Match { second, beds, .. } = result;
+    let mut text = format!(
+        "{}: {} bands, {:.2}-{:.2} um\n\n{}\n",
+        result.spectrum,
+        result.bands,
+        result.range_um[0],
+        result.range_um[1],
+        answer(result),
+    );
+    text += &format!(
+        "Second component: {}, on {} facets.\n\nParameters\n",
+        second.spectrum,
+        second.on.name()
+    );
+    for fitted in &result.answer.parameters {
+        let Fitted { parameter, best, standard_error, interval_95: [low, high], .. } = fitted;
+        if parameter.prior_standard_deviation == 0.0 {
+            text += &format!("  {:12} {best:.4}, given\n", parameter.name);
+            continue;
+        }
+        text += &format!(
+            "  {:12} {best:.4} +- {standard_error:.4}, 95 % {low:.4} to {high:.4}; prior {:.4} +- \
+             {:.4}; {:.2} degrees of freedom{}\n",
+            parameter.name,
+            parameter.prior,
+            parameter.prior_standard_deviation,
+            fitted.degrees_of_freedom,
+            if fitted.at_bound { "; at its bound" } else { "" },
+        );
+    }
+    text += "\nModels of the same bands\n";
+    let all = std::iter::once(&result.answer)
+        .chain(&result.other_facets)
+        .chain(&result.other_places)
+        .chain(&result.linear)
+        .chain(&result.halves);
+    for fit in all {
+        text += &format!(
+            "  {:30} RMS {:.4}, ln evidence {:.1}: {}\n",
+            fit.model,
+            fit.rms,
+            fit.ln_evidence,
+            parameters(fit)
+        );
+    }
+    let list = |values: &[f64]| -> String {
+        values.iter().map(|v| format!("{v:.3}")).collect::<Vec<_>>().join(" ")
+    };
+    text += "\nBeds\n";
+    for covers in &beds.thinned {
+        text += &format!("  covers of the thinned bed: {}\n", list(covers));
+    }
+    if !beds.fresh.is_empty() {
+        text += &format!(
+            "  covers of beds dropped anew: {}\n  their emissivity near 9 um less that of the \
+             thinned bed: {}\n",
+            list(&beds.fresh),
+            list(&beds.fresh_less_thinned)
+        );
+    }
+    text += &format!("  spread of the model by its beds: {:.4}\n", beds.spread);
+    if let Some(best) = &result.best {
+        text += &format!(
+            "\nBest scene\n  {}, cover {:.3}; its own bed misses the measured curve by RMS {:.4}, \
+             and the fit by {:+.4} on average\n",
+            best.recipe, best.cover, best.rms, best.bias
+        );
+    }
+    if !result.warnings.is_empty() {
+        text += "\nWarnings\n";
+        for warning in &result.warnings {
+            text += &format!("  {warning}\n");
+        }
+    }
+    text
+}

@@ -1,0 +1,509 @@
+//! The words by which files name a unit of wavelength and a quantity.
+
+use crate::spectrum::Quantity;
+
+/// The unit of a file's wavelengths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+pub enum Unit {
+    /// Micrometres
+    #[cfg_attr(feature = "cli", value(name = "um"))]
+    Micrometre,
+    /// Nanometres
+    #[cfg_attr(feature = "cli", value(name = "nm"))]
+    Nanometre,
+    /// Angstroms
+    Angstrom,
+    /// Millimetres
+    #[cfg_attr(feature = "cli", value(name = "mm"))]
+    Millimetre,
+    /// Metres
+    #[cfg_attr(feature = "cli", value(name = "m"))]
+    Metre,
+    /// Wavenumbers, cm-1
+    #[cfg_attr(feature = "cli", value(name = "cm-1"))]
+    Wavenumber,
+    /// Wavenumbers, um-1
+    #[cfg_attr(feature = "cli", value(name = "um-1"))]
+    PerMicrometre,
+    /// Wavenumbers, m-1
+    #[cfg_attr(feature = "cli", value(name = "m-1"))]
+    PerMetre,
+    /// Frequencies, THz
+    #[cfg_attr(feature = "cli", value(name = "THz"))]
+    Terahertz,
+    /// Energies of a photon, eV
+    #[cfg_attr(feature = "cli", value(name = "eV"))]
+    Electronvolt,
+}
+
+/// Speed of light, um THz (exact).
+const C_UM_THZ: f64 = 299.792_458;
+/// Planck constant times the speed of light, um eV (CODATA 2019, exact: here all digits that hold).
+const HC_UM_EV: f64 = 1.239_841_984_332_002_6;
+
+impl Unit {
+    /// The unit that a heading or label names, if it names one.
+    pub(crate) fn named(text: &str) -> Option<Self> {
+        let text = plain(text);
+        let tokens = tokens(&text);
+        let units = tokens.iter().enumerate().filter_map(|(i, token)| match token.word {
+            _ if starts(token.word, &WAVENUMBERS) => Some(Self::Wavenumber),
+            // mu m, as LaTeX has it.
+            "m" if i > 0 && tokens[i - 1].word == "mu" => Some(Self::Micrometre),
+            _ => token.unit(),
+        });
+        // A unit says more than the word wavenumber.
+        let units: Vec<Self> = units.collect();
+        units.iter().copied().find(|unit| *unit != Self::Wavenumber).or(units.first().copied())
+    }
+
+    /// A wavelength in um.
+    pub(crate) fn um(self, value: f64) -> f64 {
+        match self {
+            Self::Micrometre => value,
+            Self::Nanometre => value / 1e3,
+            Self::Angstrom => value / 1e4,
+            Self::Millimetre => value * 1e3,
+            Self::Metre => value * 1e6,
+            Self::Wavenumber => 1e4 / value,
+            Self::PerMicrometre => 1.0 / value,
+            Self::PerMetre => 1e6 / value,
+            Self::Terahertz => C_UM_THZ / value,
+            Self::Electronvolt => HC_UM_EV / value,
+        }
+    }
+}
+
+/// What a label says of the values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Said {
+    Quantity(Quantity),
+    /// No emissivity follows from it.
+    Transmission,
+    /// It may be of a transmittance or of a reflectance.
+    Absorbance,
+    /// Emissivity and reflectance.
+    Both,
+}
+
+/// What a column's heading says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Column {
+    /// Wavelengths, in this unit if it is said.
+    Wavelength(Option<Unit>),
+    Values(Said),
+    /// Errors of the values.
+    Errors,
+    Unknown,
+}
+
+const WAVELENGTHS: [&str; 17] = [
+    "wavelength",
+    "wavelengths",
+    "wave",
+    "wl",
+    "wvl",
+    "wvls",
+    "wav",
+    "lambda",
+    "lam",
+    "\u{3bb}",
+    "wellenlange",
+    "wellenlangen",
+    "wellenlaenge",
+    "longueur",
+    "longitud",
+    "lunghezza",
+    "comprimento",
+];
+const WAVENUMBERS: [&str; 4] = ["wavenumber", "wellenzahl", "kayser", "wavenum"];
+/// Words beside a wavelength that say nothing of its unit.
+const NEUTRAL: [&str; 25] = [
+    "x",
+    "s",
+    "d",
+    "of",
+    "in",
+    "the",
+    "de",
+    "di",
+    "onde",
+    "onda",
+    "ondes",
+    "air",
+    "vacuum",
+    "band",
+    "channel",
+    "centre",
+    "center",
+    "central",
+    "mean",
+    "axis",
+    "units",
+    "unit",
+    "frequency",
+    "energy",
+    "photon",
+];
+
+const EMISSIVITY: [&str; 8] =
+    ["emissivi", "emisivi", "emissiti", "emittan", "absorptan", "epsilon", "emmissi", "emisivit"];
+const EMISSIVITY_SYMBOLS: [&str; 5] = ["emiss", "emis", "eps", "\u{3b5}", "\u{3f5}"];
+const REFLECTANCE: [&str; 10] = [
+    "reflectan",
+    "reflectiv",
+    "reflectio",
+    "reflecten",
+    "reflectie",
+    "refletan",
+    "reflekt",
+    "reflex",
+    "riflett",
+    "albedo",
+];
+const REFLECTANCE_SYMBOLS: [&str; 10] =
+    ["refl", "r", "dhr", "hdr", "drf", "hdrf", "hhr", "dhrf", "rho", "\u{3c1}"];
+const TRANSMISSION: [&str; 5] = ["transm", "transitt", "trasm", "durchlass", "transparen"];
+const TRANSMISSION_SYMBOLS: [&str; 3] = ["tran", "trans", "tau"];
+const ABSORBANCE: [&str; 4] = ["absorb", "absorpti", "extinc", "extinktion"];
+const ABSORBANCE_SYMBOLS: [&str; 2] = ["abs", "od"];
+/// Words that make another quantity of emissivity or reflectance.
+const OTHER: [&str; 20] = [
+    "log",
+    "log10",
+    "ln",
+    "kubelka",
+    "munk",
+    "deriv",
+    "derivative",
+    "first",
+    "second",
+    "continuum",
+    "removed",
+    "cr",
+    "normalised",
+    "normalized",
+    "scattering",
+    "ratio",
+    "difference",
+    "coefficient",
+    "brdf",
+    "hull",
+];
+const ERRORS: [&str; 12] = [
+    "std",
+    "stdev",
+    "stddev",
+    "sd",
+    "sigma",
+    "error",
+    "errors",
+    "err",
+    "uncertainty",
+    "unc",
+    "deviation",
+    "se",
+];
+
+/// What the heading of a column says.
+pub(super) fn column(text: &str) -> Column {
+    let plain = plain(text);
+    let tokens = tokens(&plain);
+    let known = |token: &Token| {
+        token.unit().is_some()
+            || WAVELENGTHS.contains(&token.word)
+            || starts(token.word, &WAVENUMBERS)
+    };
+    let is_neutral = |token: &Token| NEUTRAL.contains(&token.word) || token.word == "mu";
+    if tokens.iter().any(known) && tokens.iter().all(|token| known(token) || is_neutral(token))
+        || matches!(tokens[..], [Token { word: "x", .. }])
+    {
+        return Column::Wavelength(Unit::named(text));
+    }
+    let is_error = |word: &str| ERRORS.contains(&word) || word.starts_with("standarddev");
+    if tokens.iter().any(|token| is_error(token.word)) {
+        return Column::Errors;
+    }
+    let said = said(text, true).filter(|said| *said != Said::Both);
+    said.map_or(Column::Unknown, Column::Values)
+}
+
+/// Whether a line of prose speaks of wavelengths or wavenumbers.
+pub(super) fn has_wavelength(text: &str) -> bool {
+    let text = plain(text);
+    tokens(&text)
+        .iter()
+        .any(|token| WAVELENGTHS.contains(&token.word) || starts(token.word, &WAVENUMBERS))
+}
+
+/// The quantity that a label names, if it names one; `with_symbols` also R, %T and the like, which
+/// may mean anything in prose.
+pub(super) fn said(text: &str, with_symbols: bool) -> Option<Said> {
+    let plain = plain(text);
+    let tokens = tokens(&plain);
+    let has = |prefixes: &[&str], symbols: &[&str]| {
+        tokens.iter().any(|token| {
+            starts(token.word, prefixes) || with_symbols && symbols.contains(&token.word)
+        })
+    };
+    let is_percent = is_percent(&plain, &tokens, with_symbols);
+    let alone = |symbol: &str| matches!(tokens[..], [Token { word, .. }] if word == symbol);
+    if has(&TRANSMISSION, &TRANSMISSION_SYMBOLS) || with_symbols && is_percent && alone("t") {
+        return Some(Said::Transmission);
+    }
+    // Absorptance is no absorbance: it is emissivity, by Kirchhoff's law.
+    if has(&ABSORBANCE, &ABSORBANCE_SYMBOLS) {
+        return Some(Said::Absorbance);
+    }
+    let squeezed: String = plain.split_whitespace().collect();
+    let is_other = tokens.iter().any(|token| OTHER.contains(&token.word))
+        || with_symbols && (squeezed.contains("1-") || squeezed.contains("1/"))
+        || tokens.iter().any(|token| token.word.contains("radian"));
+    let quantity =
+        match (has(&EMISSIVITY, &EMISSIVITY_SYMBOLS), has(&REFLECTANCE, &REFLECTANCE_SYMBOLS)) {
+            _ if is_other => return None,
+            (true, false) if is_percent => Quantity::EmissivityPercent,
+            (true, false) => Quantity::Emissivity,
+            (false, true) if is_percent => Quantity::ReflectancePercent,
+            (false, true) => Quantity::Reflectance,
+            (true, true) => return Some(Said::Both),
+            (false, false) => return None,
+        };
+    Some(Said::Quantity(quantity))
+}
+
+/// Whether the reflectance that a label names is bidirectional.
+pub(super) fn is_bidirectional(text: &str) -> bool {
+    let text = plain(text);
+    ["bidirectional", "bi-directional", "biconical", "bi-conical", "brf"]
+        .iter()
+        .any(|word| text.contains(word))
+}
+
+/// Whether a label gives its quantity in percent. In prose the word must stand beside the quantity.
+fn is_percent(plain: &str, tokens: &[Token], anywhere: bool) -> bool {
+    let is = |word: &str| starts(word, &["percent", "pct", "prozent", "pourcent", "porcent"]);
+    if anywhere {
+        return plain.contains('%') || tokens.iter().any(|token| is(token.word));
+    }
+    let squeezed: String = plain.chars().filter(|c| !" ([,:-_".contains(*c)).collect();
+    let quantity = [&EMISSIVITY[..], &REFLECTANCE].concat();
+    tokens.iter().filter(|token| starts(token.word, &quantity)).any(|token| {
+        ["%", "percent", "pct", "inpercent", "in%"].iter().any(|percent| {
+            squeezed.contains(&format!("{}{percent}", token.word))
+                || squeezed.contains(&format!("{percent}{}", token.word))
+        })
+    })
+}
+
+fn starts(word: &str, prefixes: &[&str]) -> bool {
+    prefixes.iter().any(|prefix| word.starts_with(prefix))
+}
+
+/// Text in lower case, without accents and with plain minus signs.
+fn plain(text: &str) -> String {
+    let plain = |c: char| match c {
+        '\u{e0}'..='\u{e4}' => 'a',
+        '\u{e7}' => 'c',
+        '\u{e8}'..='\u{eb}' => 'e',
+        '\u{ec}'..='\u{ef}' => 'i',
+        '\u{f1}' => 'n',
+        '\u{f2}'..='\u{f6}' => 'o',
+        '\u{f9}'..='\u{fc}' => 'u',
+        '\u{207b}' | '\u{2212}' | '\u{2013}' => '-',
+        '\u{b9}' => '1',
+        '\u{3bc}' => '\u{b5}',
+        '$' | '\\' => ' ',
+        other => other,
+    };
+    let text: String =
+        text.to_lowercase().chars().map(plain).filter(|c| !"^{}*".contains(*c)).collect();
+    ["wave number", "wave-number", "wave_number", "nombre d'onde", "numero de onda"]
+        .iter()
+        .fold(text, |text, words| text.replace(words, "wavenumber"))
+}
+
+/// A word of a label, with what stands before and after it.
+struct Token<'a> {
+    word: &'a str,
+    before: &'a str,
+    after: &'a str,
+}
+
+fn tokens(text: &str) -> Vec<Token<'_>> {
+    let mut tokens = Vec::new();
+    let mut from = 0;
+    while let Some(start) = text[from..].find(char::is_alphabetic).map(|at| from + at) {
+        let end = text[start..].find(|c: char| !c.is_alphabetic());
+        from = end.map_or(text.len(), |end| start + end);
+        let (before, after) = (&text[..start], &text[from..]);
+        tokens.push(Token { word: &text[start..from], before, after });
+    }
+    tokens
+}
+
+impl Token<'_> {
+    /// The unit that the word is, if it is one.
+    fn unit(&self) -> Option<Unit> {
+        // um-1, 1/um, and cm.1 as tables of R have it.
+        let after = self.after.trim_start();
+        let is_power = after.strip_prefix('-').is_some_and(|rest| rest.trim().starts_with('1'))
+            || self.before.trim_end().ends_with("1/")
+            || self.before.trim_end().ends_with("1 /");
+        Some(match self.word {
+            "cm" if is_power || after.trim_start_matches(['.', '_']).starts_with('1') => {
+                Unit::Wavenumber
+            }
+            "um" | "\u{b5}m" if is_power => Unit::PerMicrometre,
+            "m" if is_power => Unit::PerMetre,
+            _ if is_power => return None,
+            "um" | "\u{b5}m" | "\u{b5}" => Unit::Micrometre,
+            "nm" => Unit::Nanometre,
+            "angstrom" | "angstroms" | "\u{e5}" => Unit::Angstrom,
+            "mm" => Unit::Millimetre,
+            "m" | "meter" | "meters" | "metre" | "metres" => Unit::Metre,
+            "thz" | "terahertz" => Unit::Terahertz,
+            "ev" => Unit::Electronvolt,
+            word if starts(word, &["micromet", "micron", "mikromet", "mikron"]) => Unit::Micrometre,
+            word if starts(word, &["nanomet"]) => Unit::Nanometre,
+            word if starts(word, &["millimet"]) => Unit::Millimetre,
+            _ => return None,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_known_however_a_heading_writes_them() {
+        use Unit::{
+            Angstrom, Electronvolt, Metre, Micrometre, Nanometre, PerMetre, PerMicrometre,
+            Terahertz, Wavenumber,
+        };
+        for (text, unit) in [
+            ("wavelength_um", Micrometre),
+            ("Wavelength (\u{b5}m)", Micrometre),
+            ("Wellenl\u{e4}nge [\u{3bc}m]", Micrometre),
+            ("Wavelength ($\\mu$m)", Micrometre),
+            ("microns", Micrometre),
+            ("X Units: Wavelength (micrometers)", Micrometre),
+            ("Wavelength, nm", Nanometre),
+            ("wavelength/nm", Nanometre),
+            ("wavelength nm", Nanometre),
+            ("WL_NM", Nanometre),
+            ("Wavelength.nm.", Nanometre),
+            ("nanom\u{e8}tres", Nanometre),
+            ("Wavelength (\u{c5})", Angstrom),
+            ("wavelength [m]", Metre),
+            ("Wavenumber", Wavenumber),
+            ("Wave number", Wavenumber),
+            ("cm-1", Wavenumber),
+            ("Wavenumber (cm^-1)", Wavenumber),
+            ("Wellenzahl / cm\u{207b}\u{b9}", Wavenumber),
+            ("1/CM", Wavenumber),
+            ("Wavenumber..cm.1.", Wavenumber),
+            ("wavenumber (m-1)", PerMetre),
+            ("wavenumber [1/\u{b5}m]", PerMicrometre),
+            ("Frequency (THz)", Terahertz),
+            ("Energy (eV)", Electronvolt),
+        ] {
+            assert_eq!(Unit::named(text), Some(unit), "{text}");
+        }
+        for text in ["Wavelength", "furlongs", "W/m2/sr", "band", "(cm)"] {
+            assert!(!matches!(column(text), Column::Wavelength(Some(_))), "{text}");
+        }
+        assert!((Unit::Terahertz.um(29.979_245_8) - 10.0).abs() < 1e-12);
+        assert!((Unit::Electronvolt.um(0.123_984_198_433_200_26) - 10.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn columns_are_known_by_their_headings() {
+        use Quantity::{Emissivity, EmissivityPercent, Reflectance, ReflectancePercent};
+        for (quantity, texts) in [
+            (
+                Emissivity,
+                &[
+                    "emissivity",
+                    "eps",
+                    "\u{3b5}",
+                    "Emissivit\u{e4}t",
+                    "emisividad",
+                    "spectral \
+                  emittance",
+                    "absorptance",
+                    "em_emissivity",
+                ][..],
+            ),
+            (EmissivityPercent, &["Emissivity (%)", "emissivity_pct", "Emissivit\u{e9} (%)"]),
+            (
+                Reflectance,
+                &[
+                    "R",
+                    "Refl.",
+                    "Albedo",
+                    "DHR",
+                    "reflectance",
+                    "Reflectence",
+                    "Reflexionsgrad",
+                    "R\u{e9}flectance",
+                    "Reflektanz",
+                    "hemispherical reflectance factor",
+                ],
+            ),
+            (ReflectancePercent, &["%R", "R (%)", "Reflectance, %", "percent reflectance"]),
+        ] {
+            for text in texts {
+                let said = Column::Values(Said::Quantity(quantity));
+                assert_eq!(column(text), said, "{text}");
+            }
+        }
+        for text in ["%T", "Transm.", "Transmittance", "TRAN", "Durchl\u{e4}ssigkeit", "T (%)"] {
+            assert_eq!(column(text), Column::Values(Said::Transmission), "{text}");
+        }
+        for text in ["Absorbance", "Abs.", "ABS", "absorption coefficient", "extinction"] {
+            assert_eq!(column(text), Column::Values(Said::Absorbance), "{text}");
+        }
+        for text in [
+            "T",
+            "A",
+            "value",
+            "quartz",
+            "log(1/R)",
+            "1-R",
+            "1 - emissivity",
+            "reflected radiance",
+            "continuum removed reflectance",
+            "single scattering albedo",
+            "Kubelka-Munk",
+            "e",
+            "y",
+            "emissivity from reflectance",
+            "d reflectance ratio",
+            "band",
+            "index",
+            "",
+        ] {
+            assert_eq!(column(text), Column::Unknown, "{text}");
+        }
+        assert_eq!(column("Std.Dev. of reflectance"), Column::Errors);
+        assert_eq!(column("Wavelength"), Column::Wavelength(None));
+        assert_eq!(column("longueur d'onde (nm)"), Column::Wavelength(Some(Unit::Nanometre)));
+        assert_eq!(column("radiance (W/m2/sr/um)"), Column::Unknown);
+    }
+
+    #[test]
+    fn prose_is_read_without_symbols_and_percent_only_beside_the_quantity() {
+        let quantity = |quantity| Some(Said::Quantity(quantity));
+        assert_eq!(said("T. R. Abs measured it", false), None);
+        assert_eq!(
+            said("reflectance of sand with 5 % moisture", false),
+            quantity(Quantity::Reflectance)
+        );
+        for text in ["Reflectance in percent", "reflectance (%)", "% reflectance"] {
+            assert_eq!(said(text, false), quantity(Quantity::ReflectancePercent), "{text}");
+        }
+    }
+}

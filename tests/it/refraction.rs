@@ -1,0 +1,374 @@
+//! Light through grains, against closed forms, and what is refused.
+
+use std::f64::consts::PI;
+use std::fs;
+
+use insta::assert_snapshot;
+use num_complex::Complex64;
+use serde_json::{Value, json};
+use soilsig::spectrum::optics::{inward, unpolarised_reflectance};
+use soilsig::table::Table;
+
+use crate::support::{Place, emissivity, shipped_json, trace_file};
+
+/// Optical constants that are the same at every wavelength.
+fn constants(place: &Place, name: &str, index: Complex64) -> Value {
+    let Complex64 { re: n, im: k } = index;
+    let table = json!({"wavelength_um": [1, 100], "n": [n, n], "k": [k, k]});
+    let file = json!({"title": name, "citation": "made up", "range_um": [2, 20],
+        "isotropic": {"table": table}});
+    place.write(&format!("{name}.json"), file.to_string());
+    json!({"refractive": {"file": format!("{name}.json")}})
+}
+
+/// A closed box as an object of an .obj file, whose vertices are counted from `first`.
+fn cuboid(first: usize, material: &str, [min, max]: [[f64; 3]; 2]) -> String {
+    let mut obj = format!("o {material}_{first}\n");
+    for i in 0..8 {
+        let at = |axis: usize| if i >> axis & 1 == 0 { min[axis] } else { max[axis] };
+        obj += &format!("v {} {} {}\n", at(0), at(1), at(2));
+    }
+    obj += &format!("usemtl {material}\n");
+    for face in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    {
+        obj += &format!("f {}\n", face.map(|i: usize| (i + first).to_string()).join(" "));
+    }
+    obj
+}
+
+/// A slab from one height to another, wider than the domain.
+fn slab(first: usize, material: &str, from: f64, to: f64) -> String {
+    cuboid(first, material, [[-50.0, -50.0, from], [150.0, 150.0, to]])
+}
+
+struct Case {
+    materials: Vec<(&'static str, Value)>,
+    obj: String,
+    zenith_deg: f64,
+    floor: Option<f64>,
+    sides: Value,
+}
+
+impl Case {
+    fn new(obj: String, materials: Vec<(&'static str, Value)>) -> Self {
+        Self { materials, obj, zenith_deg: 0.0, floor: None, sides: "mirror".into() }
+    }
+
+    fn write(&self, place: &Place) -> String {
+        place.write("mesh.obj", &self.obj);
+        let mut materials: Vec<Value> = self
+            .materials
+            .iter()
+            .map(|(name, spectrum)| json!({"name": name, "spectrum": spectrum}))
+            .collect();
+        let mut domain = json!({"min_um": [0, 0], "max_um": [100, 100], "sides": self.sides});
+        if let Some(floor) = self.floor {
+            materials.push(json!({"name": "floor", "spectrum": {"constant": floor}}));
+            domain["floor"] = json!({"z_um": -10, "material": "floor"});
+        }
+        let scene = json!({
+            "soilsig_scene": 1, "name": "case", "seed": 1, "temperature_k": 300,
+            "view": {"zenith_deg": self.zenith_deg}, "materials": materials,
+            "geometry": {"placed": {"prototypes": [{"name": "mesh", "file": "mesh.obj"}],
+                "domain": domain}}
+        });
+        place.write("scene.json", scene.to_string());
+        "scene.json".into()
+    }
+
+    fn trace(&self, place: &Place, tolerance: f64) -> Table {
+        trace_file(&place.path(self.write(place)), 1, tolerance)
+    }
+}
+
+/// What a slab reflects and lets through of light at 9 um, with all reflections within it. Every hit
+/// takes light as unpolarised.
+fn of_slab(index: Complex64, thickness_um: f64, zenith_deg: f64) -> [f64; 2] {
+    let cosine = zenith_deg.to_radians().cos();
+    let r = unpolarised_reflectance(index * index, cosine);
+    let within = inward(index * index, cosine).cosine;
+    let t = (-4.0 * PI * index.im * thickness_um / 9.0 / within).exp();
+    let through = (1.0 - r) * (1.0 - r) * t / (1.0 - r * r * t * t);
+    [r + through * r * t, through]
+}
+
+#[test]
+fn a_slab_reflects_and_absorbs_as_the_fresnel_slab() {
+    for (n, k, zenith_deg) in [
+        (1.5, 0.004, 0.0),
+        (1.5, 0.004, 50.0),
+        (3.0, 0.002, 30.0),
+        (0.6, 0.01, 20.0),
+        (0.3, 2.0, 0.0),
+    ] {
+        let place = Place::new();
+        let index = Complex64::new(n, k);
+        let stone = constants(&place, "stone", index);
+        let mut case = Case::new(slab(1, "stone", 0.0, 100.0), vec![("stone", stone)]);
+        case.zenith_deg = zenith_deg;
+        let [reflected, through] = of_slab(index, 100.0, zenith_deg);
+        // Without a floor what goes through leaves downward; a black floor keeps it.
+        for (floor, expected) in [(None, 1.0 - reflected - through), (Some(1.0), 1.0 - reflected)] {
+            case.floor = floor;
+            let (found, error) = emissivity(&case.trace(&place, 0.002));
+            assert!(
+                (found - expected).abs() < 4.0 * error + 2e-4,
+                "{index} {zenith_deg} {floor:?}: {found} +- {error}, {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn solids_of_one_medium_join_and_another_medium_of_the_same_index_is_not_seen() {
+    let place = Place::new();
+    let index = Complex64::new(1.8, 0.003);
+    let [one, other] = ["one", "other"].map(|name| constants(&place, name, index));
+    let expected = 1.0 - of_slab(index, 100.0, 0.0)[0];
+    let materials = || vec![("one", one.clone()), ("other", other.clone())];
+    for (name, obj) in [
+        ("overlap", slab(1, "one", 0.0, 60.0) + &slab(9, "one", 40.0, 100.0)),
+        ("within", slab(1, "one", 0.0, 100.0) + &cuboid(9, "one", [[20.0; 3], [80.0; 3]])),
+        ("two media", slab(1, "one", 0.0, 60.0) + &slab(9, "other", 40.0, 100.0)),
+        ("one within", slab(1, "one", 0.0, 100.0) + &cuboid(9, "other", [[20.0; 3], [80.0; 3]])),
+        ("around it", slab(1, "other", 0.0, 100.0) + &cuboid(9, "one", [[20.0; 3], [80.0; 3]])),
+    ] {
+        let case = Case { floor: Some(1.0), ..Case::new(obj, materials()) };
+        let table = case.trace(&place, 0.002);
+        let (found, error) = emissivity(&table);
+        assert!(table.inside.is_empty() && table.histogram.paths_given_up() < 1e-9, "{name}");
+        assert!((found - expected).abs() < 4.0 * error + 2e-4, "{name}: {found}, {expected}");
+    }
+}
+
+#[test]
+fn rays_of_a_uniaxial_crystal_are_drawn_two_to_one() {
+    let place = Place::new();
+    let table =
+        |n: f64, k: f64| json!({"table": {"wavelength_um": [1, 100], "n": [n, n], "k": [k, k]}});
+    let file = json!({"title": "crystal", "citation": "made up", "range_um": [2, 20],
+        "ordinary": table(2.5, 0.0), "extraordinary": table(1.2, 0.02)});
+    place.write("crystal.json", file.to_string());
+    let crystal = json!({"refractive": {"file": "crystal.json"}});
+    let case = Case::new(slab(1, "stone", 0.0, 100.0), vec![("stone", crystal)]);
+    let of = |n, k| {
+        let [reflected, through] = of_slab(Complex64::new(n, k), 100.0, 0.0);
+        1.0 - reflected - through
+    };
+    let (found, error) = emissivity(&case.trace(&place, 0.002));
+    let expected = (2.0 * of(2.5, 0.0) + of(1.2, 0.02)) / 3.0;
+    assert!((found - expected).abs() < 4.0 * error + 2e-4, "{found} +- {error}, {expected}");
+}
+
+/// A ball of 96 by 192 facets.
+fn ball(radius: f64) -> String {
+    let (rings, parts) = (96, 192);
+    let mut obj = "o ball\n".to_owned();
+    for ring in 0..=rings {
+        let (sine, cosine) = (PI * f64::from(ring) / f64::from(rings)).sin_cos();
+        for part in 0..parts {
+            let (y, x) = (2.0 * PI * f64::from(part) / f64::from(parts)).sin_cos();
+            // The poles are single points.
+            let sine = if ring == 0 || ring == rings { 0.0 } else { sine };
+            let at = [sine * x, sine * y, cosine].map(|c| 50.0 + radius * c);
+            obj += &format!("v {} {} {}\n", at[0], at[1], at[2]);
+        }
+    }
+    obj += "usemtl stone\n";
+    for ring in 0..rings {
+        for part in 0..parts {
+            let at = |ring: i32, part: i32| 1 + ring * parts + part % parts;
+            let [a, b, c, d] =
+                [at(ring, part), at(ring + 1, part), at(ring + 1, part + 1), at(ring, part + 1)];
+            obj += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
+        }
+    }
+    obj
+}
+
+/// Every hit within a ball has the angle of the first, so that the absorbed share is
+/// (1 - R) (1 - t) / (1 - R t), with t the transmittance of a chord.
+#[test]
+fn a_ball_absorbs_as_all_orders_of_its_inner_reflections() {
+    for (n, k) in [(1.5, 0.01), (2.5, 0.02), (0.7, 0.02)] {
+        let place = Place::new();
+        let index = Complex64::new(n, k);
+        let case = Case {
+            sides: "open".into(),
+            ..Case::new(ball(49.0), vec![("stone", constants(&place, "stone", index))])
+        };
+        let absorbed = |cosine: f64| {
+            let r = unpolarised_reflectance(index * index, cosine);
+            let chord_um = 2.0 * 49.0 * inward(index * index, cosine).cosine;
+            let t = (-4.0 * PI * k * chord_um / 9.0).exp();
+            2.0 * cosine * (1.0 - r) * (1.0 - t) / (1.0 - r * t)
+        };
+        let steps = 4000;
+        let middle = |i: i32| (f64::from(i) + 0.5) / f64::from(steps);
+        let expected = (0..steps).map(|i| absorbed(middle(i))).sum::<f64>() / f64::from(steps);
+        let (found, error) = emissivity(&case.trace(&place, 0.002));
+        // Facets of 1.9 degrees turn a ray at each hit, so that its angles are not quite the same.
+        assert!((found - expected).abs() < 4.0 * error + 0.004, "{n} {k}: {found}, {expected}");
+    }
+}
+
+/// The shipped settled patch, all of one medium, over a floor.
+fn patch(place: &Place, grains: &Value, floor: f64) -> Table {
+    let mut scene = shipped_json("settled_patch.json");
+    for material in scene["materials"].as_array_mut().expect("materials") {
+        material["spectrum"] = grains.clone();
+    }
+    scene["materials"][2]["spectrum"] = json!({"constant": floor});
+    place.write("patch.json", scene.to_string());
+    trace_file(&place.path("patch.json"), 1, 0.004)
+}
+
+#[test]
+fn a_bed_without_absorption_over_a_white_floor_reflects_all() {
+    for n in [0.5, 1.5, 3.0] {
+        let place = Place::new();
+        let table = patch(&place, &constants(&place, "clear", Complex64::new(n, 0.0)), 0.0);
+        let weight = table.weight(&table.reflectances(&[9.0]).expect("in range")[0]);
+        let (reflected, open) = (weight.mean, weight.trapped);
+        // What was given up is told, and the rest is reflected.
+        assert!(open < 0.01, "{n}: {open}");
+        assert!(
+            (reflected + open - 1.0).abs() < 0.001 + 3.0 * weight.standard_error,
+            "{n}: {weight:?}"
+        );
+    }
+}
+
+#[test]
+fn grains_of_index_one_are_not_there() {
+    let place = Place::new();
+    let table = patch(&place, &constants(&place, "nothing", Complex64::new(1.0, 0.0)), 0.3);
+    let (found, _) = emissivity(&table);
+    assert!((found - 0.3).abs() < 1e-6 && table.histogram.paths_given_up() == 0.0, "{found}");
+    // The floor's spectrum can be exchanged: the weights leave it out.
+    let mut other = table;
+    other.materials[2].spectrum = soilsig::Spectrum::Constant(0.8);
+    assert!((emissivity(&other).0 - 0.8).abs() < 1e-6);
+}
+
+#[test]
+fn opaque_grains_are_the_mirrors_of_fresnel_facets() {
+    let place = Place::new();
+    let refractive = constants(&place, "opaque", Complex64::new(0.4, 2.5));
+    let through = patch(&place, &refractive, 0.9);
+    let mirrors = patch(&place, &json!({"fresnel": {"file": "opaque.json"}}), 0.9);
+    let ((a, error_a), (b, error_b)) = (emissivity(&through), emissivity(&mirrors));
+    assert!((a - b).abs() < 4.0 * error_a.hypot(error_b) + 0.002, "{a} {b}");
+    assert!(mirrors.nodes.is_none() && through.nodes.is_some());
+}
+
+#[test]
+fn a_run_with_refraction_takes_few_wavelengths_and_marks_where_rays_do_not_hold() {
+    let place = Place::new();
+    let quartz = json!({"refractive": "quartz_zeidler"});
+    let bed = (0..4).map(|i| {
+        let low = [f64::from(i % 2) * 50.0 + 5.0, f64::from(i / 2) * 50.0 + 5.0, 0.0];
+        cuboid(1 + 8 * i as usize, "stone", [low, low.map(|x| x + 40.0)])
+    });
+    let case = Case { floor: Some(0.9), ..Case::new(bed.collect(), vec![("stone", quartz)]) };
+    let scene = case.write(&place);
+    let args =
+        ["pipeline", "--scene", &scene, "--out", "r", "--step", "0.05", "--tolerance", "0.01"];
+    place.run(&args, 0);
+    let table = Table::read(&place.path("r/table.json")).expect("a table");
+    let nodes = table.nodes.as_ref().expect("it refracts").wavelength_um.len();
+    assert!(nodes > 20 && nodes < 131, "{nodes}");
+    let csv = place.read("r/signature.csv");
+    let valid = |um: &str| {
+        let row = csv.lines().find(|line| line.starts_with(&format!("{um},"))).expect("a row");
+        row.ends_with(",1")
+    };
+    // The mean chord is 27 um: three wavelengths.
+    assert!(!valid("8.5") && !valid("9") && valid("7.5") && valid("11"));
+    // The same bytes from a table that was read.
+    place.run(&["signature", "r/table.json", "--step", "0.05", "--out", "s.csv"], 0);
+    assert_eq!(place.read("s.csv"), csv);
+    let budget = place.read("r/budget.csv");
+    assert!(budget.lines().next().expect("headings").contains("spectral_step"));
+}
+
+#[test]
+fn what_cannot_be_traced_with_refraction_is_refused() {
+    let place = Place::new();
+    let quartz = json!({"refractive": "quartz"});
+    let stone = |obj: String| Case::new(obj, vec![("stone", quartz.clone())]);
+    let block = || slab(1, "stone", 0.0, 100.0);
+    let mut said = String::new();
+    let mut refuse = |case: &Case, change: &dyn Fn(&mut Value)| {
+        let scene = case.write(&place);
+        let mut json: Value = place.json(&scene);
+        change(&mut json);
+        place.write(&scene, json.to_string());
+        said += &place.failed(&["trace", &scene, "--out", "t.json", "--range", "9-9"]);
+    };
+    let sheet = "v 0 0 0\nv 100 0 0\nv 100 100 0\nv 0 100 0\nusemtl stone\nf 1 2 3 4\n";
+    refuse(&stone(sheet.into()), &|_| ());
+    refuse(&Case { sides: "periodic".into(), ..stone(block()) }, &|_| ());
+    refuse(&Case { floor: Some(0.5), ..stone(block()) }, &|json| {
+        json["materials"][1]["spectrum"] = quartz.clone();
+    });
+    refuse(&stone(block()), &|json| json["sky_temperature_k"] = json!([[0, 200], [90, 280]]));
+    refuse(&stone(block()), &|json| {
+        json["materials"][0]["spectrum"] = json!({"refractive": "basalt"})
+    });
+    for (name, axes) in [
+        ("none", json!({})),
+        (
+            "gain",
+            json!({"isotropic": {"eps_inf": 2, "oscillators":
+            [{"v0_per_cm": 1100, "strength": -0.5, "damping": 0.01}]}}),
+        ),
+        (
+            "short",
+            json!({"isotropic": {"table": {"wavelength_um": [8, 9], "n": [1, 1], "k": [0, 0]}}}),
+        ),
+    ] {
+        let mut file = json!({"title": name, "citation": "made up", "range_um": [7, 14]});
+        for (key, axis) in axes.as_object().expect("axes") {
+            file[key] = axis.clone();
+        }
+        place.write("own.json", file.to_string());
+        refuse(&stone(block()), &|json| {
+            json["materials"][0]["spectrum"] = json!({"refractive": {"file": "own.json"}});
+        });
+    }
+    let scene = stone(block()).write(&place);
+    place.run(&["trace", &scene, "--out", "t.json", "--range", "9-9"], 0);
+    said += &place.failed(&["signature", "t.json", "--range", "9-9", "--spectrum", "stone=0.5"]);
+    said += &place.failed(&["signature", "t.json", "--range", "10-10"]);
+    assert_snapshot!(said);
+}
+
+/// Every shipped set has its Christiansen point, n = 1, and the reflectance maxima of its bands where
+/// the literature has them.
+#[test]
+fn shipped_minerals_have_their_known_points() {
+    let crossing = |axis: &soilsig::spectrum::optics::Axis, near_um: f64| {
+        let above = |um: f64| axis.index(um).re > 1.0;
+        let steps = (0..400).map(|i| near_um - 0.2 + 0.001 * f64::from(i));
+        steps.clone().zip(steps.skip(1)).find(|(a, b)| above(*a) != above(*b)).map(|pair| pair.0)
+    };
+    let highest = |axis: &soilsig::spectrum::optics::Axis, from: f64, to: f64| {
+        let r = |um: f64| unpolarised_reflectance(axis.dielectric(um), 1.0);
+        let um = (0..=1000).map(|i| from + (to - from) * f64::from(i) / 1000.0);
+        um.max_by(|a, b| r(*a).total_cmp(&r(*b))).expect("some")
+    };
+    // Corundum, Querry (1987) by another method: n = 1 at 9.62 and 9.80 um.
+    let corundum = soilsig::spectrum::crystal("corundum").expect("shipped");
+    for ((_, axis), um) in corundum.axes.each().into_iter().zip([9.62, 9.80]) {
+        let found = crossing(axis, um).expect("it crosses");
+        assert!((found - um).abs() < 0.06, "{found} {um}");
+    }
+    // Calcite: the carbonate ion's modes 2 and 4 at 11.3-11.4 and 14.0-14.1 um.
+    let calcite = soilsig::spectrum::crystal("calcite").expect("shipped");
+    let axes = calcite.axes.each();
+    let (o, e) = (axes[0].1, axes[1].1);
+    assert!((highest(e, 10.5, 12.0) - 11.35).abs() < 0.1);
+    assert!((highest(o, 13.5, 14.5) - 14.05).abs() < 0.05);
+    let _ = fs::metadata("spectra/calcite.json").expect("a file, not code");
+}
