@@ -101,7 +101,7 @@ mod tests {
         let parts = Parts::of(&dusty());
         assert_eq!(parts.of_triangles, [0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2]);
         assert_eq!(parts.materials, [1, 0, 1]);
-        assert!((parts.diameters_um[1] - 9.0 * PI.cbrt().recip()).abs() < 1e-4);
+        assert!((parts.diameters_um[1] - 9.0 / math::cbrt(PI)).abs() < 1e-4);
         assert_eq!(parts.largest(), Some(1));
     }
 

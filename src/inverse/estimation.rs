@@ -14,6 +14,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::kernel;
 use super::solver::{self, Minimum, Residuals};
 use super::truncated::{self, Component};
+use crate::support::math;
 
 /// A parameter of a model, and what is known of it beforehand.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -253,7 +254,7 @@ impl<'a> Fitting<'a> {
             .collect();
         let of = |&discrepancy: &Discrepancy| {
             let root = root(with(known, &self.observed.um, discrepancy));
-            let ln_det = 2.0 * root.l_dirty().diagonal().map(f64::ln).sum();
+            let ln_det = 2.0 * root.l_dirty().diagonal().map(math::log).sum();
             let white = lower_solve(&root, &off);
             let white_slopes = lower_solve(&root, &slopes);
             let all: Vec<bool> = vec![true; held.len()];
@@ -291,12 +292,12 @@ impl<'a> Fitting<'a> {
         let mut ln_det = 0.0;
         for i in 0..p {
             precision[(i, i)] += sd(i).powi(-2);
-            ln_det += 2.0 * sd(i).ln();
+            ln_det += 2.0 * math::log(sd(i));
         }
         let right = slopes.tr_mul(&at_prior);
         let root = root(precision.clone());
         let from_prior = root.solve(&right);
-        ln_det += 2.0 * root.l_dirty().diagonal().map(f64::ln).sum();
+        ln_det += 2.0 * root.l_dirty().diagonal().map(math::log).sum();
         let squares = at_prior.norm_squared() - right.dot(&from_prior);
         let mean = DVector::from_fn(p, |i, _| self.parameter(places[i]).prior + from_prior[i]);
         (mean, precision, -0.5 * (squares + ln_det))
@@ -314,7 +315,7 @@ impl<'a> Fitting<'a> {
         let known = self.known(&best);
         let (evaluated, (off, slopes)) = self.residuals(x);
         let greatest = grid.iter().map(|point| point.evidence).fold(f64::MIN, f64::max);
-        let weights: Vec<f64> = grid.iter().map(|p| (p.evidence - greatest).exp()).collect();
+        let weights: Vec<f64> = grid.iter().map(|p| math::exp(p.evidence - greatest)).collect();
         let mean = weights.iter().sum::<f64>() / weights.len() as f64;
         let components: Vec<&Component> = grid.iter().map(|point| &point.component).collect();
         let draws = truncated::draws(&components, &weights, &self.bounds(), DRAWS, seed);
@@ -342,7 +343,7 @@ impl<'a> Fitting<'a> {
             self.free.contains(&i) && (best[i] <= low + room || best[i] >= high - room)
         };
         let held = (0..n).map(is_held).collect();
-        let evidence = greatest + mean.ln();
+        let evidence = greatest + math::log(mean);
         Estimation {
             best,
             evaluated,

@@ -8,6 +8,7 @@ use super::{summary, words};
 use crate::draw::plot::{self, Curve, Drawn, FitChart};
 use crate::support::csv::{Csv, decimals};
 use crate::support::error::Error;
+use crate::support::math;
 use crate::support::output;
 
 /// Standard deviations of a 95 % interval.
@@ -50,7 +51,7 @@ pub fn write(
     }
     output::bytes(&out.join("match.csv"), csv.text().as_bytes())?;
     let discrepancy = result.answer.discrepancy.standard_deviation;
-    let expected = known.iter().map(|known| SIGMAS_95 * known.hypot(discrepancy)).collect();
+    let expected = known.iter().map(|known| SIGMAS_95 * math::hypot(*known, discrepancy)).collect();
     let curve = |label: &str, values: &[f64], errors: &[f64]| Curve {
         label: label.into(),
         wavelength_um: observed.um.clone(),

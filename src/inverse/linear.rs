@@ -52,11 +52,13 @@ impl Model for Linear {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::support::math;
 
     #[test]
     fn every_derivative_is_that_of_differences() {
         let um: Vec<f64> = (0..9).map(|i| 8.0 + 0.3 * f64::from(i)).collect();
-        let ends = [0.7, 0.4].map(|e| um.iter().map(|um| e + 0.05 * um.sin()).collect());
+        let ends =
+            [0.7, 0.4].map(|e| um.iter().map(|um| e + 0.05 * math::sin_cos(*um).0).collect());
         let errors = [vec![0.01; 9], vec![0.02; 9]];
         let model = Linear { um, ends, errors, parameters: vec![] };
         let x = [0.3, 0.4, 0.96];

@@ -5,6 +5,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::solver::{Residuals, minimise};
+use crate::support::math;
 
 struct Problem {
     name: &'static str,
@@ -20,7 +21,7 @@ struct Problem {
 }
 
 fn misra(x: f64, b: &[f64]) -> (f64, Vec<f64>) {
-    let fade = (-b[1] * x).exp();
+    let fade = math::exp(-b[1] * x);
     (b[0] * (1.0 - fade), vec![1.0 - fade, b[0] * x * fade])
 }
 

@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use super::estimation::{Evaluated, Model, Observed, Parameter};
 use crate::radiometry::{Measured, Temperature, planck, planck_derivative};
+use crate::support::math;
 
 /// The radiance of a soil, in units of the contrast of a black body at a first temperature with the
 /// sky: (L - L_d) / (B(T_0) - L_d). At that temperature, and without an offset, it is the
@@ -47,7 +48,7 @@ impl<'a> Radiance<'a> {
             errors: of(|m| m.l_target_error).iter().map(|error| error.abs()).collect(),
         };
         let offset = OFFSET * contrast.iter().sum::<f64>() / contrast.len() as f64;
-        let sd = first.error_k.hypot(TEMPERATURE_K);
+        let sd = math::hypot(first.error_k, TEMPERATURE_K);
         let mut parameters = soil.parameters().to_vec();
         parameters.push(Parameter {
             name: NAMES[0].into(),
@@ -135,7 +136,8 @@ mod tests {
     #[test]
     fn every_derivative_is_that_of_differences_and_eq_2_holds_at_the_first_temperature() {
         let um: Vec<f64> = (0..9).map(|i| 8.0 + 0.3 * f64::from(i)).collect();
-        let ends = [0.7, 0.4].map(|e| um.iter().map(|um| e + 0.05 * um.sin()).collect());
+        let ends =
+            [0.7, 0.4].map(|e| um.iter().map(|um| e + 0.05 * math::sin_cos(*um).0).collect());
         let errors = [vec![0.01; 9], vec![0.02; 9]];
         let parameters = [0.3, 0.4, 0.96].map(parameter).to_vec();
         let soil = Linear { um: um.clone(), ends, errors, parameters };

@@ -7,6 +7,7 @@ use super::estimation::{Estimation, Fitting, Model, Observed, chance};
 use super::facets::FacetModel;
 use super::result::{Autocorrelation, ChiSquare, Fit, Fitted, Match, Profile};
 use super::soil::COVER;
+use crate::support::math;
 
 /// Correlations beyond this are warned of.
 const CORRELATED: f64 = 0.95;
@@ -178,7 +179,7 @@ pub fn warnings(result: &Match, observed: &Observed, found: &Estimation) -> Vec<
     let (ours, error) = cover(answer);
     for other in result.other_facets.iter().chain(&result.other_places) {
         let (theirs, their_error) = cover(other);
-        if (ours - theirs).abs() > error.hypot(their_error) {
+        if (ours - theirs).abs() > math::hypot(error, their_error) {
             let (model, cover) = (other.model.clone(), [theirs, their_error]);
             warnings.push(Warning::ModelsDiffer { model, cover });
         }

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
 
+use crate::support::math;
 use crate::support::random::{Purpose, Source, Stream};
 
 /// A normal distribution.
@@ -50,7 +51,7 @@ pub fn draws(
                 for i in 0..x.len() {
                     let off = precision.row(i).transpose().dot(&(&x - mean))
                         - precision[(i, i)] * (x[i] - mean[i]);
-                    let sd = precision[(i, i)].powf(-0.5);
+                    let sd = precision[(i, i)].sqrt().recip();
                     let middle = mean[i] - off * sd * sd;
                     let [low, high] = bounds[i].map(|bound| (bound - middle) / sd);
                     x[i] = middle + sd * between(&standard, [low, high], &mut random);
@@ -76,8 +77,8 @@ fn between_of(standard: &Normal, [low, high]: [f64; 2], share: f64) -> f64 {
     if high < -TAIL {
         // Nearly exponential below the bound, cut at the other one.
         let rate = -high;
-        let cut = -(rate * (low - high)).exp_m1();
-        return high + (-share * cut).ln_1p() / rate;
+        let cut = -math::expm1(rate * (low - high));
+        return high + math::log1p(-share * cut) / rate;
     }
     let (from, to) = (standard.cdf(low), standard.cdf(high));
     standard.inverse_cdf(from + share * (to - from)).clamp(low, high)

@@ -13,6 +13,7 @@ use soilsig::inverse::soil::{COVER, LARGE, LEVEL, On, Role, SECOND, Second, Soil
 use soilsig::inverse::thinning::{self, Fines, Paths};
 use soilsig::scene::{Scene, shipped as recipes};
 use soilsig::support::cache::Cache;
+use soilsig::support::math;
 use soilsig::support::monitor::Unwatched;
 use soilsig::table::materials::reflectances;
 use soilsig::table::{Prepared, TableMaterial};
@@ -97,7 +98,7 @@ fn fines_and_grains_are_told_apart_by_their_parts() {
 #[test]
 fn every_derivative_of_the_traced_model_is_that_of_differences() {
     let top = Soil::covers(&traced(FacetModel::Library).full)[1];
-    let mineral: Vec<f64> = um().iter().map(|um| 0.9 + 0.05 * um.sin()).collect();
+    let mineral: Vec<f64> = um().iter().map(|um| 0.9 + 0.05 * math::sin_cos(*um).0).collect();
     for (facets, on, second) in [
         (FacetModel::Library, On::All, None),
         (FacetModel::Inverted, On::Fines, None),
@@ -176,7 +177,7 @@ fn bumps(um: &[f64], size: f64, random: &mut Noise) -> Vec<f64> {
         .collect();
     let at = |um: f64| -> f64 {
         let bump = |(centre, width, height): &(f64, f64, f64)| {
-            height * (-0.5 * ((um - centre) / width).powi(2)).exp()
+            height * math::exp(-0.5 * ((um - centre) / width).powi(2))
         };
         size * of.iter().map(bump).sum::<f64>()
     };
@@ -295,7 +296,11 @@ fn a_match_writes_its_files_and_gives_the_same_bytes_again() {
 #[test]
 fn a_spectrum_that_no_soil_has_is_said_not_to_fit() {
     let place = Place::new();
-    signature(&place, "odd.csv", |um| if um < 10.0 { 0.95 } else { 0.6 + 0.1 * um.sin() });
+    signature(
+        &place,
+        "odd.csv",
+        |um| if um < 10.0 { 0.95 } else { 0.6 + 0.1 * math::sin_cos(um).0 },
+    );
     let scene = shipped("settled_patch.json");
     let (out, _) = place.run(&["match", "odd.csv", "--scene", &scene, "--out", "m"], 6);
     assert!(out.starts_with("no good fit"), "{out}");
