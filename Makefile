@@ -2,7 +2,8 @@
 
 # The coverage that `make run` simulates: full, less, sparse, bare or all.
 COVERAGE = sparse
-# Tests that `make test` leaves out, for want of a tool: blender, bpy, mitsuba, readers, window.
+# Tests that `make test` leaves out, for want of a tool: blender, bpy, mitsuba, readers,
+# window, browser.
 WITHOUT =
 
 .PHONY: help run test lint docs setup bench intervals twins chart scale packings tolerances budgets \
@@ -24,6 +25,7 @@ test: ## lint, and run every test, in Blender and in Python's bpy
 	SOILSIG_TEST_BLENDER=$(if $(filter blender,$(WITHOUT)),none,$$(command -v blender)) \
 	SOILSIG_TEST_BPY=$(if $(filter bpy,$(WITHOUT)),none,$(CURDIR)/.venv/bin/python) \
 	SOILSIG_TEST_WINDOW=$(if $(filter window,$(WITHOUT)),none,$$(command -v Xvfb)) \
+	SOILSIG_TEST_BROWSER=$(if $(filter browser,$(WITHOUT)),none,$$(command -v chromium)) \
 	SOILSIG_TEST_MITSUBA=$(if $(filter mitsuba,$(WITHOUT)),none,$(CURDIR)/.tools/mitsuba/bin/python) \
 	SOILSIG_TEST_READERS=$(if $(filter readers,$(WITHOUT)),none,$(CURDIR)/.tools/readers/bin/python) \
 	SOILSIG_TEST_LIBRARY=$${SOILSIG_TEST_LIBRARY:-none} \

@@ -4,8 +4,8 @@
 #   scripts/setup.sh run              a C compiler, Rust, a Blender with numpy
 #   scripts/setup.sh test [WITHOUT]   the tools of `run`, Blender as a Python module, Mitsuba,
 #                                     readers of the result files, a display for Blender's window,
-#                                     a linter. WITHOUT names tools to leave out:
-#                                     blender, bpy, mitsuba, readers, window
+#                                     a browser, a linter. WITHOUT names tools to leave out:
+#                                     blender, bpy, mitsuba, readers, window, browser
 #   scripts/setup.sh bench            the tools of `run`, and Mitsuba
 #   scripts/setup.sh docs             the tools that build the documents into a site
 set -eu
@@ -151,6 +151,8 @@ setup_to_test() {
         stop "the tests need $readers and Python 3.11 with venv; or make test WITHOUT=readers"
     is_left_out window || can_show || { apt_install $window && can_show; } ||
         stop "the tests of the window need a display: apt install $window, or make test WITHOUT=window"
+    is_left_out browser || have chromium || { apt_install chromium && have chromium; } ||
+        stop 'the tests of pages need a browser: apt install chromium, or make test WITHOUT=browser'
     [ "$(.tools/bin/ruff --version 2>/dev/null)" = "$(echo $ruff | sed 's/==/ /')" ] ||
         { make_venv .tools True python3-venv && pip_install .tools "$ruff"; } ||
         stop "$ruff is missing in .tools: it needs a Python with venv (on Debian: apt install python3-venv)"

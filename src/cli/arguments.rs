@@ -11,7 +11,9 @@ use super::usage;
 use crate::draw::plot;
 use crate::pipeline::MOST_SECONDS;
 use crate::radiometry::Assumed;
-use crate::scene::{Component, Constants, ConstantsFile, Grid, Inverted, Sky, SpectrumSource};
+use crate::scene::{
+    Change, Component, Constants, ConstantsFile, Grid, Inverted, Scene, Sky, SpectrumSource,
+};
 use crate::spectrum::Spectrum;
 use crate::support::cache::Cache;
 use crate::support::error::Error;
@@ -32,6 +34,27 @@ pub struct Bands {
 impl Bands {
     pub fn grid(&self) -> Grid {
         Grid::new(self.range.0, self.range.1, self.step).unwrap_or_else(|problem| usage(&problem))
+    }
+}
+
+/// Values that replace the scene's.
+#[derive(Args)]
+pub struct Changes {
+    /// Another value of the scene, as in view.zenith_deg=35 or materials.fine.temperature_k=310;
+    /// null takes a key away. May be given several times
+    #[arg(long, value_name = "KEY=VALUE", value_parser = str::parse::<Change>)]
+    pub set: Vec<Change>,
+}
+
+impl Changes {
+    /// A scene with these values.
+    pub fn of(&self, scene: Scene) -> Result<Scene, Error> {
+        Ok(scene.changed(&self.set)?)
+    }
+
+    /// Reads a scene file, with these values.
+    pub fn read(&self, path: &Path) -> Result<Scene, Error> {
+        self.of(Scene::read(path)?)
     }
 }
 
@@ -232,24 +255,32 @@ pub fn file_of(text: &str) -> Option<&Path> {
 /// The file of a chart, whose ending says how it is written.
 pub struct ChartFile<'a> {
     path: &'a Path,
-    is_png: bool,
+    kind: Kind,
+}
+
+/// The format of a chart.
+enum Kind {
+    Svg,
+    Pdf,
+    Png,
 }
 
 impl<'a> ChartFile<'a> {
     pub fn new(path: &'a Path) -> Self {
-        match &*ending(path) {
-            "svg" => Self { path, is_png: false },
-            "png" => Self { path, is_png: true },
-            _ => usage(&format!("{}: charts are written as .svg or .png", path.display())),
-        }
+        let kind = match &*ending(path) {
+            "svg" => Kind::Svg,
+            "pdf" => Kind::Pdf,
+            "png" => Kind::Png,
+            _ => usage(&format!("{}: charts are written as .svg, .pdf or .png", path.display())),
+        };
+        Self { path, kind }
     }
 
     pub fn write(&self, svg: &str) -> Result<(), Error> {
-        if self.is_png {
-            output::bytes(self.path, &plot::png(svg, plot::PIXELS_PER_UNIT)?)?;
-        } else {
-            output::bytes(self.path, svg.as_bytes())?;
-        }
-        Ok(())
+        Ok(match self.kind {
+            Kind::Svg => output::bytes(self.path, svg.as_bytes()),
+            Kind::Pdf => output::bytes(self.path, &plot::pdf(svg)?),
+            Kind::Png => output::bytes(self.path, &plot::png(svg, plot::PIXELS_PER_UNIT)?),
+        }?)
     }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use super::arguments::{Bands, InBlender, tolerance};
+use super::arguments::{Bands, Changes, InBlender, tolerance};
 use super::{Context, Outcome, print};
 use crate::blender;
 use crate::scene::{Scene, SceneGeometry, shipped};
@@ -18,6 +18,8 @@ use crate::support::lock::Lock;
 pub struct Args {
     /// Scene file, or the name of a shipped scene: full, less, sparse, bare
     scene: PathBuf,
+    #[command(flatten)]
+    changes: Changes,
     /// Folder for chart.csv, chart.svg and chart.png
     #[arg(long, short, value_name = "FOLDER")]
     out: PathBuf,
@@ -40,8 +42,8 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let Context { cache, terminal: monitor, .. } = context;
     let path = &args.scene;
     let scene = match shipped::text(&path.to_string_lossy()) {
-        Some(text) => Scene::parse(text, path)?,
-        None => Scene::read(path)?,
+        Some(text) => args.changes.of(Scene::parse(text, path)?)?,
+        None => args.changes.read(path)?,
     };
     let grid = args.bands.grid();
     let beside = args.beside.as_deref().map(chart::beside).transpose()?;

@@ -2,11 +2,10 @@
 
 use std::path::PathBuf;
 
-use super::arguments::{Bands, ending};
+use super::arguments::{Bands, Changes, ending};
 use super::{Context, Outcome, print, print_list, usage};
 use crate::geometry::ingest::Sources;
 use crate::products::export::{self, To};
-use crate::scene::Scene;
 use crate::support::lock::Lock;
 use crate::support::output;
 
@@ -15,6 +14,8 @@ use crate::support::output;
 pub struct Args {
     /// Scene file with placed geometry
     scene: PathBuf,
+    #[command(flatten)]
+    changes: Changes,
     /// Folder to write into
     folder: PathBuf,
     /// Program to write for
@@ -31,7 +32,7 @@ pub fn run(args: &Args, _: &Context) -> Outcome {
     if args.at.len() != 3 {
         usage("--at takes three wavelengths, as in 8.5,9,11");
     }
-    let scene = Scene::read(&args.scene)?;
+    let scene = args.changes.read(&args.scene)?;
     let _lock = Lock::of(&args.folder)?;
     // The names of written files depend on the scene: none of its own files may be in their place.
     let endings: &[&str] = match args.to {

@@ -2,10 +2,9 @@
 
 use std::path::PathBuf;
 
-use super::arguments::{Bands, tolerance};
+use super::arguments::{Bands, Changes, tolerance};
 use super::{Context, Outcome, print, print_json};
 use crate::products::image::{self, Asked, MOST_PATHS, Made};
-use crate::scene::Scene;
 use crate::support::error::Status;
 use crate::support::lock::Lock;
 use crate::support::monitor::Step;
@@ -20,6 +19,8 @@ use crate::tracer::trace;
 pub struct Args {
     /// Scene file with placed geometry
     scene: PathBuf,
+    #[command(flatten)]
+    changes: Changes,
     /// Folder to write into
     #[arg(long, short, value_name = "FOLDER")]
     out: PathBuf,
@@ -66,7 +67,7 @@ fn three(text: &str) -> Result<[f64; 3], String> {
 
 pub fn run(args: &Args, context: &Context) -> Outcome {
     let grid = args.bands.grid();
-    let mut scene = Scene::read(&args.scene)?;
+    let mut scene = args.changes.read(&args.scene)?;
     scene.seed = args.seed.unwrap_or(scene.seed);
     if let Some(pixels) = args.pixels {
         scene.sensor.get_or_insert_default().pixels = pixels;

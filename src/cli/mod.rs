@@ -4,6 +4,7 @@ mod arguments;
 mod blender;
 mod chart;
 mod completions;
+mod diff;
 mod doctor;
 mod export;
 mod grains;
@@ -15,6 +16,7 @@ mod merge;
 mod picture;
 mod pipeline;
 mod replay;
+mod report;
 mod retrieve;
 pub mod schema;
 mod signature;
@@ -55,9 +57,11 @@ enum Command {
     Trace(trace::Args),
     Merge(merge::Args),
     Signature(signature::Args),
+    Diff(diff::Args),
     Retrieve(retrieve::Args),
     Match(matching::Args),
     Replay(replay::Args),
+    Report(report::Args),
     Image(image::Args),
     Export(export::Args),
     Import(import::Args),
@@ -99,9 +103,11 @@ pub fn run() -> ExitCode {
         Command::Trace(args) => trace::run(args, &context),
         Command::Merge(args) => merge::run(args, &context),
         Command::Signature(args) => signature::run(args, &context),
+        Command::Diff(args) => diff::run(args, &context),
         Command::Retrieve(args) => retrieve::run(args, &context),
         Command::Match(args) => matching::run(args, &context),
         Command::Replay(args) => replay::run(args, &context),
+        Command::Report(args) => report::run(args, &context),
         Command::Image(args) => image::run(args, &context),
         Command::Export(args) => export::run(args, &context),
         Command::Import(args) => import::run(args, &context),

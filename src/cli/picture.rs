@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, Subcommand};
 
-use super::arguments::{ending, number};
+use super::arguments::{Changes, ending, number};
 use super::{Context, Outcome, print, usage};
 use crate::draw::picture::{self, Look, MOST_PANELS, placed_scene};
 use crate::support::error::Error;
@@ -27,6 +27,8 @@ enum What {
         #[arg(long, value_name = "NAME")]
         prototype: Option<String>,
         #[command(flatten)]
+        changes: Changes,
+        #[command(flatten)]
         side: Side,
         #[command(flatten)]
         file: File,
@@ -40,6 +42,8 @@ enum What {
               value_parser = clap::value_parser!(u16).range(2..=MOST_PANELS as i64))]
         frames: u16,
         #[command(flatten)]
+        changes: Changes,
+        #[command(flatten)]
         side: Side,
         #[command(flatten)]
         file: File,
@@ -50,6 +54,8 @@ enum What {
         #[arg(required = true, num_args = 1..)]
         scenes: Vec<PathBuf>,
         #[command(flatten)]
+        changes: Changes,
+        #[command(flatten)]
         side: Side,
         #[command(flatten)]
         file: File,
@@ -58,6 +64,8 @@ enum What {
     Patch {
         /// Folder of the pipeline's result, or a placed scene file
         scene: PathBuf,
+        #[command(flatten)]
+        changes: Changes,
         #[command(flatten)]
         side: Side,
         #[command(flatten)]
@@ -112,29 +120,31 @@ fn zenith(text: &str) -> Result<f64, String> {
 pub fn run(args: &Args, context: &Context) -> Outcome {
     let monitor = &context.terminal;
     let file = match &args.what {
-        What::Grain { scene, prototype, side, file } => {
+        What::Grain { scene, prototype, changes, side, file } => {
             let look = side.look(60.0, file.width(800)?);
-            let scene = placed_scene(scene)?;
+            let scene = changes.of(placed_scene(scene)?)?;
             picture::grain(&scene, prototype.as_deref(), look, &file.out, monitor)?;
             file
         }
-        What::Drop { scene, frames, side, file } => {
+        What::Drop { scene, frames, changes, side, file } => {
             let look = side.look(72.0, file.width(1200)?);
-            picture::drop(&placed_scene(scene)?, (*frames).into(), look, &file.out, monitor)?;
+            let scene = changes.of(placed_scene(scene)?)?;
+            picture::drop(&scene, (*frames).into(), look, &file.out, monitor)?;
             file
         }
-        What::Coverages { scenes, side, file } => {
+        What::Coverages { scenes, changes, side, file } => {
             let look = side.look(0.0, file.width(1000)?);
-            let scenes =
-                scenes.iter().map(|path| placed_scene(path)).collect::<Result<Vec<_>, _>>()?;
+            let read = |path: &PathBuf| changes.of(placed_scene(path)?);
+            let scenes = scenes.iter().map(read).collect::<Result<Vec<_>, _>>()?;
             picture::coverages(&scenes, look, &file.out, monitor)?;
             file
         }
-        What::Patch { scene, side, file } => {
+        What::Patch { scene, changes, side, file } => {
             let width_px = file.width(800)?;
             let asked = side.zenith.is_some() || side.azimuth.is_some();
             let look = asked.then(|| side.look(60.0, width_px));
-            picture::patch(&placed_scene(scene)?, look, width_px, &file.out, monitor)?;
+            let scene = changes.of(placed_scene(scene)?)?;
+            picture::patch(&scene, look, width_px, &file.out, monitor)?;
             file
         }
     };

@@ -2,18 +2,24 @@
 
 use std::path::PathBuf;
 
-use super::arguments::{Bands, Enough, InBlender, absolute, number, utf8_path};
+use super::arguments::{Bands, Changes, Enough, InBlender, absolute, number, utf8_path};
 use super::{Context, Outcome, command_line, print, print_json};
 use crate::histogram::estimate;
 use crate::pipeline::{self, Auto, HowMany, Options, Source};
 use crate::report::terminal;
-use crate::scene::MOST_PARTICLES;
+use crate::scene::{Facets, MOST_PARTICLES};
 
 /// Drops the grains in Blender, traces the bed, and writes its emissivity
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
     scene: Which,
+    #[command(flatten)]
+    changes: Changes,
+    /// What the spectra of powders give to facets: the spectrum itself, or that of a facet by which
+    /// a pure bed has the powder's spectrum [default: as the scene says]
+    #[arg(long, value_enum, value_name = "KIND")]
+    facets: Option<Facets>,
     /// Folder for the result [default: out/COVERAGE or out/NAME-OF-THE-SCENE-FILE]
     #[arg(long, short, value_name = "FOLDER", value_parser = utf8_path())]
     out: Option<PathBuf>,
@@ -81,6 +87,8 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     };
     let options = Options {
         source,
+        set: args.changes.set.clone(),
+        facets: args.facets,
         grains: args.grains.as_deref().map(absolute),
         seed: args.seed,
         packings: args.packings,
@@ -105,8 +113,8 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let scenes: Vec<_> = record.reached.iter().map(scene).collect();
     print(&terminal::blocks(&scenes, context.verbose))?;
     let files = match record.reached.len() {
-        1 => "signature.csv, signature.svg, run.json",
-        _ => "signatures.svg, run.json, a folder for each scene",
+        1 => "report.html, signature.csv, signature.svg, run.json",
+        _ => "report.html, signatures.svg, run.json, a folder for each scene",
     };
     print(&format!("result in {} ({files})\n", out.display()))?;
     Ok(record.status())

@@ -98,7 +98,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     if let Some(out) = &args.out {
         print(&format!("result in {}\n", out.display()))?;
     }
-    Ok((differing > 0).then_some(Status::ReplayDiffers))
+    Ok((differing > 0).then_some(Status::Differs))
 }
 
 /// An input of a recorded run is gone.

@@ -7,7 +7,7 @@ use crate::inverse::files;
 use crate::inverse::result::Match;
 use crate::pipeline::record::Record;
 use crate::scene::Scene;
-use crate::signature::{budget, csv};
+use crate::signature::{budget, csv, in_bands};
 
 /// Prints the JSON Schema of a file format
 #[derive(clap::Args)]
@@ -43,10 +43,11 @@ pub fn of(format: Format) -> Value {
 }
 
 /// The columns of each CSV file of a run, with their meanings.
-pub fn column_lists() -> [(&'static str, Vec<(&'static str, &'static str)>); 3] {
+pub fn column_lists() -> [(&'static str, Vec<(&'static str, &'static str)>); 4] {
     [
         ("signature.csv", csv::columns()),
         ("budget.csv", budget::COLUMNS.to_vec()),
+        ("the bands of sensors", in_bands::COLUMNS.to_vec()),
         ("match.csv", files::COLUMNS.to_vec()),
     ]
 }

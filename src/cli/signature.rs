@@ -3,14 +3,17 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::arguments::{Assumptions, Bands, ChartFile, file_of, kelvin, spectrum};
+use super::arguments::{Assumptions, Bands, ChartFile, ending, file_of, kelvin, spectrum};
 use super::terminal::tell;
 use super::{Context, Outcome, print, spectra, usage};
 use crate::draw::plot;
 use crate::radiometry::{Atmosphere, SkyTable, Temperature};
+use crate::report::compare::{self, Difference};
 use crate::report::{self, Report, Retrieval, terminal};
 use crate::scene::Sky;
 use crate::signature;
+use crate::signature::in_bands;
+use crate::spectrum::sensors::Sensor;
 use crate::support::error::Error;
 use crate::support::output;
 use crate::table::Table;
@@ -21,14 +24,23 @@ pub struct Args {
     /// Bounce table of `soilsig trace`, or those of several packings of one recipe
     #[arg(required = true, value_name = "TABLE")]
     tables: Vec<PathBuf>,
-    /// CSV file to write; standard output without it
+    /// File to write: .nc for NetCDF, else CSV; standard output without it
     #[arg(long, short, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Chart to write as well: a .svg or .png file
+    /// Sensors whose bands to give in place of single wavelengths: aster, ecostress, landsat-tirs,
+    /// modis, master, hytes, sebass (nominal bands), or CSV files of responses
+    #[arg(long = "sensor", value_name = "SENSOR,...", value_delimiter = ',',
+          conflicts_with_all = ["plot", "beside", "budget"])]
+    sensors: Vec<String>,
+    /// Chart to write as well: a .svg, .pdf or .png file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
-    /// A spectrum to show beside the signature: a measured one's file, or a shipped one's name
-    #[arg(long, value_name = "SPECTRUM", requires = "plot")]
+    /// Leave out title, caption and marks of the chart, for a paper
+    #[arg(long, requires = "plot")]
+    bare_figure: bool,
+    /// A spectrum to compare the signature with, and to show beside it: a measured one's file, or a
+    /// shipped one's name
+    #[arg(long, value_name = "SPECTRUM")]
     beside: Vec<String>,
     /// CSV file to write the budget to: every part of the uncertainty in every band
     #[arg(long, value_name = "FILE")]
@@ -58,6 +70,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let given = given.chain(args.beside.iter().map(String::as_str)).filter_map(file_of);
     let read = args.tables.iter().chain(&args.atmosphere).map(PathBuf::as_path).chain(given);
     let read = read.chain(args.sky.as_deref().map(Path::new));
+    let read = read.chain(args.sensors.iter().map(Path::new));
     output::keeps(read, [&args.out, &args.plot, &args.budget].into_iter().flatten())?;
     let grid = args.bands.grid();
     let chart_file = args.plot.as_deref().map(ChartFile::new);
@@ -66,15 +79,23 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let beside = spectra::drawn(&args.beside, &beside, Some(grid.range_um()))?;
     let mut tables = Table::read_packings(&args.tables)?;
     change(&mut tables[0], args)?;
+    if !args.sensors.is_empty() {
+        return of_sensors(args, &tables);
+    }
     let temperature =
         Temperature { error_k: args.assumptions.temperature_error, ..tables[0].temperature() };
     let assumed = args.assumptions.assumed();
     let tolerance = tables[0].stop.asked.tolerance;
     let report = Report::new(&tables, &grid.wavelengths_um(), tolerance, None)?;
     let bands = &report.bands;
-    let csv = signature::csv_text(bands, temperature, assumed);
+    let result = match args.out.as_deref().map(ending).as_deref() {
+        Some("nc") => {
+            signature::netcdf::bytes(&tables[0], bands, &report.budget, temperature, assumed)
+        }
+        _ => signature::csv_text(bands, &report.budget, temperature, assumed).into_bytes(),
+    };
     if let Some(path) = &args.out {
-        output::bytes(path, csv.as_bytes())?;
+        output::bytes(path, &result)?;
         let scene = (&*tables[0].scene, &report.reached, None);
         print(&terminal::blocks(&[scene], context.verbose))?;
         print(&format!("result in {}\n", path.display()))?;
@@ -82,7 +103,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         for warning in &report.reached.warnings {
             tell(&format!("warning: {warning}"));
         }
-        print(&csv)?;
+        print(&String::from_utf8(result).expect("CSV is text"))?;
     }
     if let Some(path) = &args.budget {
         output::bytes(path, report.budget.csv_text().as_bytes())?;
@@ -90,13 +111,54 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     for line in Retrieval::new(&tables[0], bands, assumed).lines() {
         tell(&line);
     }
+    for curve in &beside.curves {
+        let measured = compare::Curve {
+            name: curve.label.clone(),
+            wavelength_um: curve.wavelength_um.clone(),
+            emissivity: curve.emissivity.clone(),
+            half_width_95: None,
+        };
+        let difference = Difference::new(&measured, &compare::Curve::of(&report))?;
+        tell(&format!("signature less {}: {}", curve.label, difference.in_short()));
+    }
     if let Some(file) = chart_file {
         let versions = BTreeMap::from([("soilsig".into(), env!("CARGO_PKG_VERSION").into())]);
-        let mut chart = report::chart(&tables[0].scene, &[(&tables, bands)], &versions);
+        let mut chart = report::chart(&tables[0].scene, &[(&tables, &report)], &versions);
         chart.curves.extend(beside.curves);
         chart.caption.extend(beside.caption);
         chart.caption.extend(beside.credit);
+        chart.bare = args.bare_figure;
         file.write(&plot::emissivity_svg(&chart)?)?;
+    }
+    Ok(None)
+}
+
+/// Writes the bands of the sensors asked for, in their order, and says where these come from.
+fn of_sensors(args: &Args, tables: &[Table]) -> Outcome {
+    let mut seen = Vec::new();
+    for text in &args.sensors {
+        let sensor = Sensor::find(text)?;
+        tell(&format!("{}: {}", sensor.name, sensor.source));
+        seen.extend(in_bands::in_bands(tables, &sensor)?);
+    }
+    for warning in &tables[0].warnings {
+        tell(&format!("warning: {warning}"));
+    }
+    let missed = seen.iter().filter(|band| band.seen.is_none());
+    let missed: Vec<String> = missed.map(|band| format!("{} {}", band.sensor, band.band)).collect();
+    if !missed.is_empty() {
+        tell(&format!(
+            "warning: left empty, since spectra do not hold them: {}",
+            missed.join(", ")
+        ));
+    }
+    let csv = in_bands::csv_text(&seen);
+    if let Some(path) = &args.out {
+        output::bytes(path, csv.as_bytes())?;
+        print(&terminal::in_bands(&seen))?;
+        print(&format!("result in {}\n", path.display()))?;
+    } else {
+        print(&csv)?;
     }
     Ok(None)
 }

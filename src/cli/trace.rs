@@ -2,10 +2,9 @@
 
 use std::path::PathBuf;
 
-use super::arguments::{Bands, Enough};
+use super::arguments::{Bands, Changes, Enough};
 use super::{Context, Outcome, print, print_json, usage};
 use crate::report::{Report, terminal};
-use crate::scene::Scene;
 use crate::support::error::{Failure, Status};
 use crate::support::monitor::Step;
 use crate::support::output;
@@ -19,6 +18,8 @@ use crate::tracer::trace::{self, Request};
 pub struct Args {
     /// Scene file with placed geometry
     scene: PathBuf,
+    #[command(flatten)]
+    changes: Changes,
     /// Bounce table to write
     #[arg(long, short, value_name = "FILE")]
     out: PathBuf,
@@ -61,7 +62,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         }
         part
     });
-    let mut scene = Scene::read(&args.scene)?;
+    let mut scene = args.changes.read(&args.scene)?;
     scene.seed = args.seed.unwrap_or(scene.seed);
     // Before the work, not after it.
     output::keeps([&args.scene], [&args.out])?;

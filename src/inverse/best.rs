@@ -62,6 +62,8 @@ pub fn drop(options: &Options, source: &Source, best: &[f64]) -> Result<(Settled
     let grid = Grid::new(from, to, STEP_UM).expect("the bands are wavelengths");
     let run = pipeline::Options {
         source: pipeline::Source::Scene(std::path::absolute(&recipe).unwrap_or(recipe)),
+        set: Vec::new(),
+        facets: None,
         grains: None,
         seed: None,
         packings: HowMany::Number(1),

@@ -57,6 +57,7 @@ pub fn write(
         wavelength_um: observed.um.clone(),
         emissivity: values.to_vec(),
         half_width: errors.iter().map(|error| SIGMAS_95 * error).collect(),
+        of_rays: Vec::new(),
     };
     let quantity = match result.observed {
         Quantity::Emissivity => "Emissivity",

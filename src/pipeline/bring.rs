@@ -83,7 +83,9 @@ impl Run<'_> {
         }
         let placed = Scene::read(&made.folder.join("scene.json"))?;
         let seed = random::seed_of(scene.seed, packing);
-        let mut placed = Scene { geometry: placed.geometry, seed, ..scene.clone() };
+        // The file that is written has the changes in it.
+        let mut placed =
+            Scene { geometry: placed.geometry, seed, changes: Vec::new(), ..scene.clone() };
         if let SceneGeometry::Placed(Placed { domain, origin, .. }) = &mut placed.geometry {
             *origin = recipe.origin();
             if let (Some(particles), Some(domain)) = (self.options.field, domain) {

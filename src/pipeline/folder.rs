@@ -8,9 +8,9 @@ use crate::support::error::Error;
 use crate::support::monitor::{Monitor, Step};
 use crate::support::output::{self, OutputError};
 
-/// Files of a drop that differ from run to run: they hold times of day, durations or, as Blender's
-/// own file does, addresses in memory.
-const NOT_REPRODUCIBLE: [&str; 3] = ["blender.log", "drop.json", "scene.blend"];
+/// Files of a drop that differ from run to run: they hold times of day, durations, the command
+/// or, as Blender's own file does, addresses in memory.
+const NOT_REPRODUCIBLE: [&str; 4] = ["blender.log", "drop.json", "scene.blend", super::page::PAGE];
 
 /// Begin of the names of logs of Blenders that run or failed.
 pub(super) const UNFINISHED: &str = "blender.unfinished";

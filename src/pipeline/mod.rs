@@ -4,6 +4,7 @@ mod bring;
 mod error;
 mod folder;
 mod options;
+pub mod page;
 mod planned;
 pub mod record;
 mod result;
@@ -16,10 +17,10 @@ use sha2::{Digest, Sha256};
 use crate::beds::own_grains::{self, OwnGrains};
 use crate::geometry::ingest::Sources;
 use crate::pipeline::folder::Folder;
+use crate::pipeline::page::Told;
 use crate::pipeline::record::Record;
 use crate::scene::shipped::{self, COVERAGES};
 use crate::scene::{Scene, SceneGeometry};
-use crate::signature::Band;
 use crate::signature::plan::PILOT;
 use crate::spectrum;
 use crate::support::cache::Cache;
@@ -28,7 +29,6 @@ use crate::support::lock::Lock;
 use crate::support::monitor::Monitor;
 use crate::support::{output, scratch};
 use crate::table::Prepared;
-use crate::table::Table;
 use crate::tracer::Tracer;
 
 pub use error::PipelineError;
@@ -36,13 +36,17 @@ pub use options::{Auto, HowMany, MOST_SECONDS, Options, Source};
 pub(crate) use results::program;
 
 /// Files of every result.
-const WRITTEN: [&str; 7] = [
+const WRITTEN: [&str; 11] = [
     "signature.csv",
+    "signature.nc",
     "signature.svg",
     "signature.png",
     "budget.csv",
     "table.json",
-    "patch.png",
+    page::PATCH,
+    page::LIGHT,
+    page::DROP,
+    page::PAGE,
     RUN,
 ];
 
@@ -63,18 +67,20 @@ pub fn run(
     let new = result::begin(out)?;
     let earlier = Record::read(&out.join(RUN)).ok();
     let mut record = Record::new(command, options);
-    let mut curves = Vec::new();
-    let scenes = scenes(&options.source, &mut record)?;
+    let mut results = Vec::new();
+    let scenes = scenes(options, &mut record)?;
     let several = scenes.len() > 1;
     for scene in scenes {
         let name = scene.name.clone();
         let below = if several { &*name } else { "" };
         let folder = Folder { out, new: new.path(), below, record: &mut record, monitor };
-        curves.push(Run::new(options, cache, folder).scene(scene)?);
+        results.push(Run::new(options, cache, folder).scene(scene)?);
     }
     if several {
         let folder = Folder { out, new: new.path(), below: "", record: &mut record, monitor };
-        Run::new(options, cache, folder).draw_all(&curves)?;
+        let mut run = Run::new(options, cache, folder);
+        run.draw_all(&results)?;
+        run.page_of_all(&results)?;
     }
     result::put(&record, earlier.as_ref(), &new, out)?;
     Ok(record)
@@ -83,8 +89,20 @@ pub fn run(
 /// The record's file.
 const RUN: &str = "run.json";
 
+/// The scenes of a run, with all that its options replace in them.
+fn scenes(options: &Options, record: &mut Record) -> Result<Vec<Scene>, Error> {
+    let changed = |scene: Scene| {
+        let mut scene = scene.changed(&options.set)?;
+        if let Some(facets) = options.facets {
+            facets.apply(&mut scene);
+        }
+        Ok(scene)
+    };
+    of_source(&options.source, record)?.into_iter().map(changed).collect()
+}
+
 /// The scenes of a source, recorded with their SHA-256.
-fn scenes(source: &Source, record: &mut Record) -> Result<Vec<Scene>, Error> {
+fn of_source(source: &Source, record: &mut Record) -> Result<Vec<Scene>, Error> {
     let mut parse = |name: &str, text: &str| {
         let path = format!("scenes/{name}.json");
         let scene = Scene::parse(text, Path::new(&path));
@@ -171,7 +189,7 @@ impl<'a> Run<'a> {
         Self { options, cache, folder, packings }
     }
 
-    fn scene(&mut self, mut scene: Scene) -> Result<(Vec<Table>, Vec<Band>), Error> {
+    fn scene(&mut self, mut scene: Scene) -> Result<Told, Error> {
         if let Some(seed) = self.options.seed {
             scene.seed = seed;
             if let SceneGeometry::Packing(packing) = &mut scene.geometry {
@@ -221,8 +239,10 @@ impl<'a> Run<'a> {
         };
         let report = self.signature(&scene, &tables, plan)?;
         self.picture(&mut beds[0], &tables[0])?;
-        self.folder.record.reached.insert(scene.name, report.reached);
-        Ok((tables, report.bands))
+        self.folder.record.reached.insert(scene.name.clone(), report.reached.clone());
+        let told = Told { scene: scene.name.clone(), tables, report };
+        self.page(&scene, &told)?;
+        Ok(told)
     }
 
     /// The user's grains of a packing. Those of `--grains` replace the shapes of their size class.

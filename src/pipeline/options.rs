@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::histogram::estimate;
-use crate::scene::{Grid, MOST_PARTICLES};
+use crate::scene::{Change, Facets, Grid, MOST_PARTICLES};
 use crate::table::Target;
 
 /// Longest time limit of a Blender, seconds: some thirty years.
@@ -31,6 +31,13 @@ pub enum Source {
 pub struct Options {
     /// The scene.
     pub source: Source,
+    /// Values that replace the scene's, each as `KEY=VALUE`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[cfg_attr(feature = "schema", schemars(with = "Vec<String>"))]
+    pub set: Vec<Change>,
+    /// What the spectra of powders give to facets; `None` leaves the scene as it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub facets: Option<Facets>,
     /// The user's grains, which replace the shapes of their size class.
     #[serde(default)]
     pub grains: Option<PathBuf>,

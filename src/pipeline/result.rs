@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::RUN;
 use super::folder::UNFINISHED;
+use super::page;
 use super::record::{Output, Record};
 use crate::support::error::Error;
 use crate::support::output::{self, OutputError};
@@ -16,15 +17,19 @@ use crate::support::scratch::{self, Scratch};
 const REPLACED: &str = ".replaced";
 
 /// Names of files that a run may write. Copies of a scene's files begin as those of [`COPIES`].
-const NAMES: [&str; 18] = [
+const NAMES: [&str; 22] = [
     "signature.csv",
+    "signature.nc",
     "signature.svg",
     "signature.png",
     "signatures.svg",
     "signatures.png",
     "budget.csv",
     "table.json",
-    "patch.png",
+    page::PATCH,
+    page::LIGHT,
+    page::DROP,
+    page::PAGE,
     "patch.obj",
     "scene.json",
     "scene.glb",

@@ -4,14 +4,16 @@ use std::time::Duration;
 
 use rayon::prelude::*;
 
+use super::folder::Folder;
+use super::page::{self, Told};
 use super::{Bed, Run};
 use crate::draw::picture;
 use crate::draw::plot::{self, Chart};
 use crate::radiometry::Assumed;
 use crate::report::{self, Report};
 use crate::scene::Scene;
+use crate::signature;
 use crate::signature::plan::Plan;
-use crate::signature::{self, Band};
 use crate::support::cache::Made;
 use crate::support::error::Error;
 use crate::table::{Prepared, Table};
@@ -70,36 +72,68 @@ impl Run<'_> {
         let um = self.options.grid.wavelengths_um();
         let report = Report::new(tables, &um, self.options.tolerance, plan)?;
         let bands = &report.bands;
-        let csv = signature::csv_text(bands, tables[0].temperature(), Assumed::EXACT);
+        let temperature = tables[0].temperature();
+        let csv = signature::csv_text(bands, &report.budget, temperature, Assumed::EXACT);
         self.folder.write("signature.csv", csv)?;
+        #[cfg(feature = "netcdf")]
+        self.folder.write("signature.nc", {
+            let budget = &report.budget;
+            signature::netcdf::bytes(&tables[0], bands, budget, temperature, Assumed::EXACT)
+        })?;
         self.folder.write("budget.csv", report.budget.csv_text())?;
         let title = scene.description.as_ref().unwrap_or(&scene.name);
-        let chart = report::chart(title, &[(tables, bands)], &self.folder.record.versions);
+        let chart = report::chart(title, &[(tables, &report)], &self.folder.record.versions);
         self.draw(&chart, "signature")?;
         self.folder.end("signature", step, &format!("{} bands", bands.len()), false);
         Ok(report)
     }
 
-    /// Draws the sensor's view of the first packing.
+    /// Draws the sensor's view of the first packing and, where it was recorded, its drop.
     pub(super) fn picture(&mut self, bed: &mut Bed, table: &Table) -> Result<(), Error> {
         let step = self.folder.begin("picture");
         let made_from = (program(), &table.scene_sha256);
+        let scene = bed.prepared.scene.clone();
+        let monitor = self.folder.monitor;
         let made = self.cache.stage("picture", &made_from, |folder| {
-            picture::sensor_view(
-                bed.tracer()?.bed(),
-                &folder.join("patch.png"),
-                self.folder.monitor,
-            )
+            let bed = bed.tracer()?.bed();
+            picture::light_by_material(bed, &folder.join(page::LIGHT), monitor)?;
+            picture::sensor_view(&scene, bed, &folder.join(page::PATCH), monitor)
         })?;
-        self.folder.copy(&made.folder.join("patch.png"), "patch.png")?;
-        self.folder.end("picture", step, "", made.cached);
+        let mut cached = made.cached;
+        for file in [page::PATCH, page::LIGHT] {
+            self.folder.copy(&made.folder.join(file), file)?;
+        }
+        if self.folder.record.outputs.contains_key(&self.folder.key("frames.json")) {
+            let made_from = (program(), &table.scene_sha256, "drop");
+            let made = self.cache.stage("picture", &made_from, |folder| {
+                picture::small_drop(&scene, &folder.join(page::DROP), monitor)
+            })?;
+            cached &= made.cached;
+            self.folder.copy(&made.folder.join(page::DROP), page::DROP)?;
+        }
+        self.folder.end("picture", step, "", cached);
         Ok(())
     }
 
+    /// Writes the page of a scene's result.
+    pub(super) fn page(&mut self, scene: &Scene, of: &Told) -> Result<(), Error> {
+        let heading = scene.description.as_ref().unwrap_or(&scene.name);
+        let Folder { record, new, below, .. } = &self.folder;
+        let run = page::of_folder(record, new, below, heading, of);
+        let html = report::page::html(&scene.name, &[run]);
+        self.folder.write(page::PAGE, html)
+    }
+
+    /// Writes the page that compares all coverages.
+    pub(super) fn page_of_all(&mut self, results: &[Told]) -> Result<(), Error> {
+        let runs = page::side_by_side(self.folder.record, self.folder.new, results);
+        let html = report::page::html("Quartz soil by its cover with fines", &runs);
+        self.folder.write(page::PAGE, html)
+    }
+
     /// Draws all coverages in one chart: the paper's Fig. 6.
-    pub(super) fn draw_all(&mut self, curves: &[(Vec<Table>, Vec<Band>)]) -> Result<(), Error> {
-        let curves: Vec<_> =
-            curves.iter().map(|(tables, bands)| (&tables[..], &bands[..])).collect();
+    pub(super) fn draw_all(&mut self, results: &[Told]) -> Result<(), Error> {
+        let curves: Vec<_> = results.iter().map(|of| (&of.tables[..], &of.report)).collect();
         let title = "Emissivity of quartz soil by its cover with fines";
         let chart = report::chart(title, &curves, &self.folder.record.versions);
         self.draw(&chart, "signatures")

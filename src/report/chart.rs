@@ -2,29 +2,32 @@
 
 use std::collections::BTreeMap;
 
+use super::Report;
 use crate::draw::plot::{Chart, Curve};
-use crate::signature::{Band, not_valid_um};
+use crate::signature::not_valid_um;
 use crate::table::{Table, TableMaterial};
 
 /// The chart of one scene's signature or of several.
 pub fn chart(
     title: &str,
-    signatures: &[(&[Table], &[Band])],
+    signatures: &[(&[Table], &Report)],
     versions: &BTreeMap<String, String>,
 ) -> Chart {
-    let curves =
-        signatures.iter().map(|(tables, bands)| Curve::of(&tables[0].scene, bands)).collect();
+    let curve = |(tables, report): &(&[Table], &Report)| {
+        Curve::of(&tables[0].scene, &report.bands, &report.budget)
+    };
+    let curves = signatures.iter().map(curve).collect();
     let (packings, _) = signatures[0];
     let table = &packings[0];
     let paths = signatures.iter().map(|(tables, _)| tables.iter().map(|t| t.paths).sum::<u64>());
     let (least, most) = (paths.clone().min().unwrap_or(0), paths.max().unwrap_or(0));
     let paths = if least == most { format!("{least}") } else { format!("{least}-{most}") };
-    let interval = match packings.len() {
-        1 => "The bands are the noise of the rays on one packing; packings differ by more.".into(),
-        n => format!("The bands are 95 % intervals over {n} packings."),
+    let beds = match packings.len() {
+        1 => "one bed".into(),
+        n => format!("{n} beds"),
     };
     let mut caption = vec![format!(
-        "Traced, {} facets, {} K, view {}° from nadir, {paths} paths. {interval}",
+        "Traced, {} facets, {} K, view {}° from nadir, {beds}, {paths} paths.",
         facets(table),
         table.temperature_k,
         table.view.zenith_deg,
@@ -38,7 +41,7 @@ pub fn chart(
     }
     caption.push(format!("Facets: {}.", spectra.join("; ")));
     let mut hatched_um: Vec<[f64; 2]> =
-        signatures.iter().flat_map(|(_, bands)| not_valid_um(bands)).collect();
+        signatures.iter().flat_map(|(_, report)| not_valid_um(&report.bands)).collect();
     hatched_um.sort_by(|a, b| a[0].total_cmp(&b[0]));
     hatched_um.dedup();
     if !hatched_um.is_empty() {
@@ -56,7 +59,7 @@ pub fn chart(
         .filter_map(|(key, name)| Some(format!("{name} {}", versions.get(*key)?)))
         .collect();
     caption.push(format!("{}, seed {}", versions.join(", "), table.seed));
-    Chart { title: title.to_owned(), caption, curves, hatched_um }
+    Chart { title: title.to_owned(), caption, curves, hatched_um, bare: false }
 }
 
 /// How the facets of a table's materials reflect.

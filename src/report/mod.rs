@@ -2,8 +2,11 @@
 
 #[cfg(feature = "plots")]
 mod chart;
+pub mod compare;
 mod details;
 mod limit;
+#[cfg(feature = "plots")]
+pub mod page;
 mod reached;
 mod retrieval;
 pub mod terminal;

@@ -4,6 +4,7 @@ use super::limit::{self, Cost};
 use super::{Reached, details, warnings};
 use crate::radiometry::Retrieved;
 use crate::signature::Window;
+use crate::signature::in_bands::InBand;
 use crate::spectrum::Mode;
 use crate::spectrum::features::{RESTSTRAHLEN_WINDOW_UM, TRANSPARENCY_WINDOW_UM, window_mean};
 
@@ -16,11 +17,7 @@ pub fn blocks(scenes: &[Scene], with_details: bool) -> String {
     let width = scenes.iter().map(|(name, ..)| name.len()).max().unwrap_or(0);
     let mut notes = Vec::new();
     let block = |(name, r, cost): &Scene| {
-        let beds = match r.packings {
-            _ if !r.is_drawn() => "this geometry".to_owned(),
-            1 => "one bed".to_owned(),
-            beds => format!("{beds} beds"),
-        };
+        let beds = beds(r);
         let windows = r.windows.iter().map(|w| (w.emissivity, w.half_width_95, span(w)));
         let mut lines = vec![format!("{}, {beds}", answer(windows))];
         lines.extend(limit::line(r, *cost));
@@ -39,6 +36,15 @@ pub fn blocks(scenes: &[Scene], with_details: bool) -> String {
     scenes.iter().map(block).collect::<Vec<_>>().concat()
 }
 
+/// What a result is the mean of.
+pub(super) fn beds(r: &Reached) -> String {
+    match r.packings {
+        _ if !r.is_drawn() => "this geometry".to_owned(),
+        1 => "one bed".to_owned(),
+        beds => format!("{beds} beds"),
+    }
+}
+
 /// The emissivity of some windows, each with its half-width and its wavelengths.
 pub fn answer(windows: impl Iterator<Item = (f64, f64, String)>) -> String {
     let windows = windows.map(|(mean, half_width, span)| {
@@ -48,8 +54,29 @@ pub fn answer(windows: impl Iterator<Item = (f64, f64, String)>) -> String {
     format!("emissivity {}, 95 %", windows.collect::<Vec<_>>().join(", "))
 }
 
-/// The same for retrieved emissivities: over the windows without masked bands, else over all bands
-/// that are not masked. Their errors are taken as fully correlated.
+/// Bands of a sensor that a terminal shows.
+const MOST_SHOWN: usize = 16;
+
+/// A line for each band of sensors that have few.
+pub fn in_bands(bands: &[InBand]) -> String {
+    let of_sensor = bands.chunk_by(|a, b| a.sensor == b.sensor);
+    let shown = of_sensor.filter(|bands| bands.len() <= MOST_SHOWN).flatten();
+    let line = |band: &InBand| {
+        let seen = band.seen?;
+        let [mean, of] = seen.emissivity.map(|x| number(x, seen.emissivity[1]));
+        let brightness = seen.brightness_temperature_k.map_or(String::new(), |[k, of]| {
+            format!(", brightness temperature {k:.2} +- {of:.2} K")
+        });
+        let InBand { sensor, band, centre_um, .. } = band;
+        Some(format!(
+            "{sensor} {band} ({centre_um:.2} um): emissivity {mean} +- {of}{brightness}\n"
+        ))
+    };
+    shown.filter_map(line).collect()
+}
+
+/// The emissivity as retrieved: over the windows without masked bands, else over all bands that are
+/// not masked. Their errors are taken as fully correlated.
 pub fn retrieved(bands: &[Retrieved]) -> String {
     let um: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
     let column = |part: usize| -> Vec<f64> {
@@ -91,7 +118,7 @@ pub(super) fn number(x: f64, half_width: f64) -> String {
 }
 
 /// A line for each kind of facets that limits the meaning of a result.
-fn facets(r: &Reached) -> impl Iterator<Item = &'static str> {
+pub(super) fn facets(r: &Reached) -> impl Iterator<Item = &'static str> {
     let notes = [
         (
             Mode::Library,

@@ -5,6 +5,7 @@
 //! the first kind into one of the second kind with the same other keys. Unknown keys are refused,
 //! so that a misspelt key does not silently give a default.
 
+mod change;
 mod check;
 mod grid;
 mod packing;
@@ -26,6 +27,7 @@ use crate::support::error::Failure;
 use crate::support::file_error::FileError;
 use check::{Checked, need, temperature, unique, within};
 
+pub use change::Change;
 pub use grid::Grid;
 pub use packing::{
     Collision, Cover, Drop, Dust, FineClass, Fines, FromLibrary, GrainClass, Packing, Shape,
@@ -34,7 +36,7 @@ pub use packing::{
 pub use placed::{Domain, Floor, Instance, Origin, Placed, Prototype, Sides, UpAxis};
 pub use sensor::{Noise, Optics, Sensor, SensorBands};
 pub use sky::{Sky, SkyPoint, SkyRadiance};
-pub use source::{Component, Constants, ConstantsFile, Inverted, SpectrumSource};
+pub use source::{Component, Constants, ConstantsFile, Facets, Inverted, SpectrumSource};
 
 /// The format's version, the value of `soilsig_scene`.
 pub const FORMAT: u32 = 1;
@@ -82,6 +84,9 @@ pub struct Scene {
     /// The scene file. Files that it names are relative to its folder.
     #[serde(skip)]
     pub file: PathBuf,
+    /// Values that differ from the file's.
+    #[serde(skip)]
+    pub changes: Vec<Change>,
     /// Version of the format: 1.
     pub soilsig_scene: u32,
     /// Name of the scene in tables, charts and messages.
@@ -195,11 +200,13 @@ impl Scene {
     /// Reads a scene from text; `path` is its file.
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
         let text = text.trim_start_matches('\u{feff}');
-        let mut scene: Self = serde_json::from_str(text).map_err(|error| {
-            FileError::wrong(path, error.to_string()).with_hint(
-                "`soilsig schema scene` prints the format; docs/guide/own_scenes.md explains it",
-            )
-        })?;
+        Self::of(serde_json::from_str(text), path)
+    }
+
+    /// A scene that was read, checked; `path` is its file.
+    fn of(read: serde_json::Result<Self>, path: &Path) -> Result<Self, SceneError> {
+        let mut scene = read
+            .map_err(|error| FileError::wrong(path, error.to_string()).with_hint(change::FORMAT))?;
         scene.check().map_err(|(place, problem)| FileError::wrong_at(path, place, problem))?;
         path.clone_into(&mut scene.file);
         Ok(scene)

@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::check::{Checked, need, within};
+use super::{Change, Scene};
 use crate::support::statistics::SHARES_ROUNDING;
 
 /// The emissivity of a material's facets: one of these keys.
@@ -80,6 +81,47 @@ pub struct Component {
 
 /// Most components of a mix.
 const MOST_COMPONENTS: usize = 100;
+
+/// What the spectra of powders give to facets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[serde(rename_all = "snake_case")]
+pub enum Facets {
+    /// The powder's spectrum itself, as the paper does.
+    Library,
+    /// The spectrum inverted by a pure bed: scattering between grains counts once.
+    Inverted,
+}
+
+impl Facets {
+    /// Gives the facets of all powders this meaning. Constants and optical constants are those of
+    /// a facet and stay.
+    pub fn apply(self, scene: &mut Scene) {
+        for material in &mut scene.materials {
+            self.give(&mut material.spectrum);
+        }
+        scene.changes.push(Change::of_facets(self));
+    }
+
+    fn give(self, source: &mut SpectrumSource) {
+        match (self, &mut *source) {
+            (Self::Inverted, SpectrumSource::Builtin(_) | SpectrumSource::File(_)) => {
+                let spectrum = Box::new(source.clone());
+                *source = SpectrumSource::Inverted(Inverted { spectrum, pure_bed: Vec::new() });
+            }
+            (Self::Library, SpectrumSource::Inverted(inverted)) => {
+                *source = (*inverted.spectrum).clone();
+            }
+            (_, SpectrumSource::Mix(components)) => {
+                for component in components {
+                    self.give(&mut component.spectrum);
+                }
+            }
+            _ => {}
+        }
+    }
+}
 
 impl SpectrumSource {
     /// Gives each file to `add`, with its label and whether it is a bounce table of a pure bed.

@@ -70,7 +70,6 @@ pub struct Budget {
     pub floor_effect: Option<f64>,
 }
 
-/// Headings of a budget's CSV file.
 /// The columns of `budget.csv`, with their meanings. All numbers are half-widths in emissivity.
 pub(crate) const COLUMNS: [(&str, &str); 11] = [
     ("wavelength_um", "Wavelength of the band."),
@@ -93,6 +92,23 @@ pub(crate) const COLUMNS: [(&str, &str); 11] = [
     ),
     ("spectral_step", "What straight lines between bands, or between nodes, miss."),
     ("spectra_half_width_95", "Known errors of the facets' spectra."),
+];
+
+/// A part of a band's uncertainty.
+type Part = fn(&Share) -> Option<f64>;
+
+/// The columns beyond the wavelength.
+const PARTS: [Part; 10] = [
+    |share| Some(share.total),
+    |share| Some(share.rays),
+    |share| share.packings,
+    |share| share.rim,
+    |share| Some(share.floor),
+    |share| Some(share.given_up),
+    |share| share.apart,
+    |share| share.facets,
+    |share| Some(share.spectral_step),
+    |share| Some(share.spectra),
 ];
 
 /// The 95 % interval of rays and packings.
@@ -177,22 +193,19 @@ impl Budget {
         *widest.expect("there is at least one band")
     }
 
+    /// The columns beyond the wavelength: heading, meaning, and a value for each band.
+    pub(super) fn columns(&self) -> Vec<(&'static str, &'static str, Vec<Option<f64>>)> {
+        let column = |(&(heading, meaning), value): (&(&'static str, &'static str), Part)| {
+            (heading, meaning, self.bands.iter().map(value).collect())
+        };
+        COLUMNS[1..].iter().zip(PARTS).map(column).collect()
+    }
+
     /// The budget as CSV; what does not apply has empty fields.
     pub fn csv_text(&self) -> String {
         let mut csv = Csv::new(&COLUMNS.map(|(heading, _)| heading));
         for share in &self.bands {
-            let numbers = [
-                Some(share.total),
-                Some(share.rays),
-                share.packings,
-                share.rim,
-                Some(share.floor),
-                Some(share.given_up),
-                share.apart,
-                share.facets,
-                Some(share.spectral_step),
-                Some(share.spectra),
-            ];
+            let numbers = PARTS.map(|part| part(share));
             let um = share.wavelength_um.to_string();
             csv.row([um].into_iter().chain(numbers.map(decimals)));
         }

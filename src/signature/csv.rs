@@ -1,5 +1,6 @@
-//! A signature as CSV.
+//! A signature in columns, and these as CSV.
 
+use super::budget::{Budget, Share};
 use super::{Band, retrieve};
 use crate::histogram::Estimate;
 use crate::radiometry::{Assumed, Retrieved, Temperature};
@@ -8,6 +9,7 @@ use crate::support::csv::{Csv, decimals, radiance};
 /// A band with all that its row is made of.
 struct Row<'a> {
     band: &'a Band,
+    share: &'a Share,
     emissivity: Estimate,
     /// Only behind an atmosphere.
     l_sensor: Option<Estimate>,
@@ -16,11 +18,12 @@ struct Row<'a> {
     eq3: [f64; 2],
 }
 
-/// A heading, its meaning and its value. Unknown values, and Eq. 2 in masked bands, are empty.
+/// A heading, its meaning and its value. Unknown values, and Eq. 2 in masked bands, are empty. A
+/// column of empty fields alone is left out.
 type Column = (&'static str, &'static str, fn(&Row) -> Option<f64>);
 
 /// The columns between `wavelength_um` and `valid`.
-const COLUMNS: [Column; 22] = [
+const COLUMNS: [Column; 23] = [
     (
         "emissivity",
         "Emissivity towards the sensor, 1 - mean W: a property of the bed, whatever its temperatures.",
@@ -36,10 +39,15 @@ const COLUMNS: [Column; 22] = [
         "Half-width of its 95 % interval. Paths given up are included; of one bed, the differences between beds are not: see budget.csv.",
         |r| Some(r.emissivity.half_width),
     ),
+    (
+        "emissivity_total_half_width_95",
+        "Its total half-width, with the differences between beds and the bounds of budget.csv.",
+        |r| Some(r.share.total),
+    ),
     ("emissivity_standard_error_rays", "The part of the standard error that the rays make.", |r| {
         Some(r.emissivity.rays_standard_error)
     }),
-    ("emissivity_sd_packings", "Standard deviation between beds; empty for one bed.", |r| {
+    ("emissivity_sd_packings", "Standard deviation between beds; left out for one bed.", |r| {
         r.emissivity.spread
     }),
     ("l_emitted_w_m2_sr_um", "Radiance emitted.", |r| Some(r.band.l_emitted.mean)),
@@ -68,7 +76,7 @@ const COLUMNS: [Column; 22] = [
     ),
     (
         "l_sensor_w_m2_sr_um",
-        "Radiance at the sensor, behind an atmosphere; empty without one.",
+        "Radiance at the sensor, behind an atmosphere; left out without one.",
         |r| r.l_sensor.map(|l| l.mean),
     ),
     ("l_sensor_standard_error_w_m2_sr_um", "Standard error of l_sensor.", |r| {
@@ -93,21 +101,50 @@ const COLUMNS: [Column; 22] = [
     ("emissivity_eq3_standard_error", "Its standard error.", |r| Some(r.eq3[1])),
 ];
 
+/// A column: heading, meaning, and a value for each band.
+pub(super) type Values = (&'static str, &'static str, Vec<Option<f64>>);
+
+/// The columns between `wavelength_um` and `valid` that have a value, with the results of Eq. 2 and
+/// 3 for a target of that temperature.
+pub(super) fn values(
+    bands: &[Band],
+    budget: &Budget,
+    temperature: Temperature,
+    assumed: Assumed,
+) -> Vec<Values> {
+    let retrieved = retrieve(bands, temperature, assumed);
+    let row = |((band, share), eq2)| Row {
+        band,
+        share,
+        emissivity: band.emissivity,
+        l_sensor: band.path.map(|_| band.l_sensor()),
+        brightness: band.measured().brightness_temperature(),
+        eq2,
+        eq3: band.emissivity_eq3(temperature),
+    };
+    let rows: Vec<Row> = bands.iter().zip(&budget.bands).zip(retrieved).map(row).collect();
+    let column = |(heading, meaning, value): &Column| {
+        let values: Vec<_> = rows.iter().map(value).collect();
+        values.iter().any(Option::is_some).then_some((*heading, *meaning, values))
+    };
+    COLUMNS.iter().filter_map(column).collect()
+}
+
 /// A signature as CSV, with the results of Eq. 2 and 3 for a target of that temperature.
-pub fn csv_text(bands: &[Band], temperature: Temperature, assumed: Assumed) -> String {
-    let headings: Vec<&str> = columns().into_iter().map(|(heading, _)| heading).collect();
+pub fn csv_text(
+    bands: &[Band],
+    budget: &Budget,
+    temperature: Temperature,
+    assumed: Assumed,
+) -> String {
+    let columns = values(bands, budget, temperature, assumed);
+    let headings = columns.iter().map(|(heading, ..)| *heading);
+    let headings: Vec<&str> =
+        ["wavelength_um"].into_iter().chain(headings).chain(["valid"]).collect();
     let mut csv = Csv::new(&headings);
-    for (band, eq2) in bands.iter().zip(retrieve(bands, temperature, assumed)) {
-        let row = Row {
-            band,
-            emissivity: band.emissivity,
-            l_sensor: band.path.map(|_| band.l_sensor()),
-            brightness: band.measured().brightness_temperature(),
-            eq2,
-            eq3: band.emissivity_eq3(temperature),
-        };
+    for (i, band) in bands.iter().enumerate() {
         let (um, valid) = (band.wavelength_um.to_string(), u8::from(band.valid).to_string());
-        let numbers = COLUMNS.iter().map(|(heading, _, value)| match value(&row) {
+        let numbers = columns.iter().map(|(heading, _, values)| match values[i] {
             l if heading.starts_with("l_") => radiance(l, band.l_blackbody),
             number => decimals(number),
         });

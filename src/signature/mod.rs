@@ -3,6 +3,9 @@
 pub mod budget;
 mod cells;
 pub(crate) mod csv;
+pub mod in_bands;
+#[cfg(feature = "netcdf")]
+pub mod netcdf;
 pub mod plan;
 mod window;
 

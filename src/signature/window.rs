@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::Band;
 use super::budget::{Budget, Chance, Share};
 use super::cells::{self, Cells, OfCells};
-use crate::histogram::{Estimate, Mean};
+use crate::histogram::{Estimate, Histogram, Mean};
 use crate::scene::Origin;
 use crate::spectrum::features::{RESTSTRAHLEN_WINDOW_UM, TRANSPARENCY_WINDOW_UM, window_mean};
 use crate::support::error::Error;
@@ -53,13 +53,7 @@ impl Window {
         let um: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
         let rho = packings[0].reflectances(&um)?;
         let curves = super::curves(packings, &um)?;
-        let is_drawn = Table::origin_of(packings) != Origin::Given;
-        let cells = is_drawn.then(|| cells::of_tables(packings)).flatten();
-        let cells: Option<Vec<Vec<Cells>>> = cells.map(|beds| {
-            beds.par_iter()
-                .map(|cells| rho.iter().map(|rho| cells.weight_of_groups(rho)).collect())
-                .collect()
-        });
+        let cells = weights_of_cells(packings, &rho);
         let whole = um[0]..=um[um.len() - 1];
         let of = |window| Self::over(window, &um, &curves, cells.as_deref(), &budget.bands);
         let found: Vec<Self> =
@@ -83,9 +77,71 @@ impl Window {
             let plain = || values.iter().sum::<f64>() / values.len() as f64;
             window_mean(um, &values, &window_um).or_else(|| (window_um == whole).then(plain))
         };
-        let rays = mean(&|band| shares[band].rays)?;
-        let floor = mean(&|band| shares[band].floor)?;
-        let given_up = mean(&|band| shares[band].given_up)?;
+        let total = Total::of([&mean, &mean], curves, cells, shares)?;
+        Some(Self {
+            from_um: *window_um.start(),
+            to_um: *window_um.end(),
+            emissivity: total.mean,
+            half_width_95: total.half_width_95,
+            rays: total.rays,
+            packings: total.packings,
+            packings_spread: total.packings_spread,
+            rim: total.rim,
+            floor: total.floor,
+            given_up: total.given_up,
+        })
+    }
+
+    /// The half-width that this number of packings would have, by the spread between them, with
+    /// rays of this half-width.
+    pub fn with_packings(&self, packings: usize, rays: f64) -> Option<f64> {
+        let of_mean = self.packings_spread? / (packings as f64).sqrt();
+        Some(self.with(quantile_95(packings) * of_mean, rays))
+    }
+
+    /// The half-width with other half-widths of packings and rays, and the same bounds.
+    pub fn with(&self, packings: f64, rays: f64) -> f64 {
+        math::hypot(packings, rays) + self.rim.unwrap_or(0.0) + self.floor + self.given_up
+    }
+}
+
+/// The weight of each cell of each bed in each band; `None` where cells do not tell how beds differ.
+pub(super) fn weights_of_cells(packings: &[Table], rho: &[Vec<f64>]) -> Option<Vec<Vec<Cells>>> {
+    let beds = (Table::origin_of(packings) != Origin::Given)
+        .then(|| cells::of_tables(packings))
+        .flatten()?;
+    let of_bed = |cells: &&Histogram| rho.iter().map(|rho| cells.weight_of_groups(rho)).collect();
+    Some(beds.par_iter().map(of_bed).collect())
+}
+
+/// A mean over bands, of values by the number of the band; `None` where bands are missing.
+pub(super) type OverBands<'a> = &'a dyn Fn(&dyn Fn(usize) -> f64) -> Option<f64>;
+
+/// A mean of the emissivity over bands and the parts of its uncertainty.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Total {
+    pub(super) mean: f64,
+    pub(super) half_width_95: f64,
+    pub(super) rays: f64,
+    pub(super) packings: Option<f64>,
+    packings_spread: Option<f64>,
+    rim: Option<f64>,
+    floor: f64,
+    given_up: f64,
+}
+
+impl Total {
+    /// From the emissivity of each bed in each band and the weight of its cells there. The second
+    /// mean is that of half-widths: its weights are those of the first without their signs.
+    pub(super) fn of(
+        [mean, mean_of_widths]: [OverBands; 2],
+        curves: &[Vec<f64>],
+        cells: Option<&[Vec<Cells>]>,
+        shares: &[Share],
+    ) -> Option<Self> {
+        let rays = mean_of_widths(&|band| shares[band].rays)?;
+        let floor = mean_of_widths(&|band| shares[band].floor)?;
+        let given_up = mean_of_widths(&|band| shares[band].given_up)?;
         let n = curves.len();
         let of_rays = rays / T_95 * (n as f64).sqrt();
         let of_bed = |curve: &Vec<f64>| {
@@ -111,9 +167,7 @@ impl Window {
         };
         let rim = cells.map(|cells| cells.rim);
         Some(Self {
-            from_um: *window_um.start(),
-            to_um: *window_um.end(),
-            emissivity: beds.mean,
+            mean: beds.mean,
             half_width_95: chance.both + rim.unwrap_or(0.0) + floor + given_up,
             rays,
             packings: chance.packings,
@@ -122,18 +176,6 @@ impl Window {
             floor,
             given_up,
         })
-    }
-
-    /// The half-width that this number of packings would have, by the spread between them, with
-    /// rays of this half-width.
-    pub fn with_packings(&self, packings: usize, rays: f64) -> Option<f64> {
-        let of_mean = self.packings_spread? / (packings as f64).sqrt();
-        Some(self.with(quantile_95(packings) * of_mean, rays))
-    }
-
-    /// The half-width with other half-widths of packings and rays, and the same bounds.
-    pub fn with(&self, packings: f64, rays: f64) -> f64 {
-        math::hypot(packings, rays) + self.rim.unwrap_or(0.0) + self.floor + self.given_up
     }
 }
 

@@ -1,5 +1,6 @@
 //! Emissivity of a facet by wavelength, and its sources.
 
+pub(crate) mod bands;
 mod error;
 pub mod features;
 pub mod format;
@@ -8,6 +9,7 @@ mod mode;
 pub mod optics;
 mod pure_bed;
 pub mod resample;
+pub mod sensors;
 mod shipped;
 mod tabulated;
 

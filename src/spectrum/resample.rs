@@ -49,6 +49,16 @@ impl Response {
         Self { wavelength_um, weight }
     }
 
+    /// A response by points of ascending wavelength, um, cut to where it is above 0; `None` if it is
+    /// nowhere.
+    pub(crate) fn of_points(points: &[(f64, f64)]) -> Option<Self> {
+        let first = points.iter().position(|(_, weight)| *weight > 0.0)?.saturating_sub(1);
+        let last = points.iter().rposition(|(_, weight)| *weight > 0.0)? + 1;
+        let points = &points[first..=last.min(points.len() - 1)];
+        let (wavelength_um, weight) = points.iter().copied().unzip();
+        Some(Self { wavelength_um, weight })
+    }
+
     /// Reads a response of two columns: wavelength, um, and response, 0 to 1.
     pub fn read(path: &Path) -> Result<Self, SpectrumError> {
         // The numbers are not converted, whatever the heading says.

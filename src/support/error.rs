@@ -17,8 +17,8 @@ pub enum Status {
     Input = 3,
     /// The limit on paths or time ended the trace before its tolerance; the result is written.
     ToleranceNotReached = 4,
-    /// A replayed run gave other bytes.
-    ReplayDiffers = 5,
+    /// A replayed run gave other bytes, or two results differ beyond their errors.
+    Differs = 5,
     /// No parameter makes the fit good; the result is written.
     NoGoodFit = 6,
     /// No Blender was found.
@@ -46,7 +46,10 @@ impl Status {
         (Self::Usage, "the command line is wrong"),
         (Self::Input, "a scene, spectrum, mesh or table is wrong"),
         (Self::ToleranceNotReached, "the result is written, but its tolerance was not reached"),
-        (Self::ReplayDiffers, "a replayed run gave other bytes"),
+        (
+            Self::Differs,
+            "a replayed run gave other bytes, or two results differ beyond their errors",
+        ),
         (Self::NoGoodFit, "the result is written, but no parameter makes the fit good"),
         (Self::BlenderMissing, "no Blender was found"),
         (Self::BlenderVersion, "Blender has a version that soilsig cannot use"),

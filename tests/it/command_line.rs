@@ -264,11 +264,10 @@ fn a_chart_shows_measured_spectra_beside_the_signature() {
     for shown in [">mine.csv</text>", ">quartz_fine</text>"] {
         assert!(!alone.contains(shown) && both.contains(shown), "{shown}");
     }
-    let mut told = place.refused(&["signature", "t.json", "--beside", "mine.csv"], 2);
-    told += &place.refused(
-        &["signature", "t.json", "--plot", "n.svg", "--beside", "mine.csv", "--range", "11-12"],
-        3,
-    );
+    let far =
+        ["signature", "t.json", "--plot", "n.svg", "--beside", "mine.csv", "--range", "11-12"];
+    let mut told = place.refused(&far, 3);
+    told += &place.refused(&["signature", "t.json", "--sensor", "aster", "--plot", "n.svg"], 2);
     assert_snapshot!(told);
     assert!(!place.path("n.svg").exists());
 }

@@ -20,6 +20,7 @@ fn others_read_what_we_write_to_the_last_bit() {
         .concat());
     to(&[&["trace", scene, "--out", "table.json", "--tolerance", "0.05"][..], &bands].concat());
     to(&[&["signature", "table.json", "--out", "signature.csv"][..], &bands].concat());
+    to(&[&["signature", "table.json", "--out", "signature.nc"][..], &bands].concat());
     to(&[&["spectra", "convert", "quartz_fine", "--out", "library.sli"][..], &bands].concat());
     to(&[&["spectra", "convert", "quartz_fine", "--out", "library.csv"][..], &bands].concat());
     // What we read ourselves, for the others to compare with: band by band, line by line.

@@ -57,5 +57,19 @@ assert table.iloc[:, 1].min() > 0 and table.iloc[:, 1].max() < 1
 signature = pd.read_csv("signature.csv")
 assert np.array_equal(signature.wavelength_um, BANDS_UM)
 assert signature.emissivity.between(0, 1).all()
-# The field that only several packings fill.
-assert signature.emissivity_sd_packings.isna().all()
+# A column that only several packings fill is left out.
+assert "emissivity_sd_packings" not in signature
+assert not signature.isna().any(axis=None)
+
+curves = xr.open_dataset("signature.nc")
+assert curves.attrs["Conventions"].startswith("CF-")
+assert curves.sizes == {"wavelength": len(BANDS_UM)}
+assert np.array_equal(curves.wavelength, BANDS_UM)
+assert curves.wavelength.attrs["standard_name"] == "radiation_wavelength"
+for name in signature.columns.drop("wavelength_um"):
+    assert np.allclose(curves[name], signature[name], rtol=0, atol=5.1e-8), name
+    assert curves[name].attrs["units"] in {"1", "K", "W m-2 sr-1 um-1"}, name
+errors = curves.emissivity.attrs["ancillary_variables"].split()
+assert {"emissivity_standard_error", "emissivity_total_half_width_95", "budget_floor"} <= set(errors)
+assert all(error in curves for error in errors)
+assert curves.l_target_w_m2_sr_um.attrs["ancillary_variables"] in curves

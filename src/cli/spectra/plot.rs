@@ -16,19 +16,22 @@ use crate::support::error::Error;
 pub(super) struct Args {
     #[command(flatten)]
     input: Input,
-    /// Chart to write: a .svg or .png file
+    /// Chart to write: a .svg, .pdf or .png file
     #[arg(long, short, value_name = "FILE")]
     out: PathBuf,
+    /// Leave out title, caption and marks, for a paper
+    #[arg(long)]
+    bare_figure: bool,
 }
 
-pub(super) fn run(Args { input, out }: &Args) -> Result<(), Error> {
+pub(super) fn run(Args { input, out, bare_figure }: &Args) -> Result<(), Error> {
     let file = ChartFile::new(out);
     let Drawn { curves, mut caption, credit } =
         drawn(&input.spectra, &input.read(0.0)?, input.range)?;
     caption.extend(credit);
     let title = "Emissivity".into();
     let hatched_um = Vec::new();
-    let chart = Chart { title, caption, curves, hatched_um };
+    let chart = Chart { title, caption, curves, hatched_um, bare: *bare_figure };
     file.write(&plot::emissivity_svg(&chart)?)?;
     print(&format!("chart in {}\n", out.display()))
 }
@@ -54,7 +57,8 @@ pub(in crate::cli) fn drawn(
         let emissivity = format::sampled(spectrum, &wavelength_um)?;
         let half_width = vec![0.0; emissivity.len()];
         let label = spectrum.name().into();
-        drawn.curves.push(Curve { label, wavelength_um, emissivity, half_width });
+        let of_rays = Vec::new();
+        drawn.curves.push(Curve { label, wavelength_um, emissivity, half_width, of_rays });
         drawn.caption.push(match spectrum {
             Spectrum::Fresnel(..) => format!("{spectrum}: hemispherical emissivity of one facet."),
             _ => format!("{spectrum}."),

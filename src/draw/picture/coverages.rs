@@ -56,7 +56,7 @@ pub fn coverages(
         }
         let corner = (10.0, height as f64 - 10.0);
         scale_bar(svg, corner, width, pixel_um, Ground::Picture);
-        legend(svg, (right, line + 42.0), &scenes[0], shares);
+        legend(svg, (right, line + 42.0), &scenes[0], shares, Ground::Paper);
     })?;
     Ok(output::bytes(path, &canvas.png(Some(pixel_um)))?)
 }

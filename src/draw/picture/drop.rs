@@ -13,7 +13,8 @@ use super::render::{Rendered, Style, render};
 use super::stage::Stage;
 use super::{Look, tray};
 use crate::draw::plot::svg::Anchor;
-use crate::geometry::{Bed, ingest};
+use crate::geometry::ingest::{self, affine};
+use crate::geometry::{Bed, Placement};
 use crate::scene::{Instance, Placed, Scene, SceneGeometry};
 use crate::support::error::Error;
 use crate::support::monitor::Monitor;
@@ -30,14 +31,37 @@ pub fn drop(
     path: &Path,
     monitor: &dyn Monitor,
 ) -> Result<(), Error> {
+    strip(scene, panels, look, path, &Style::new(monitor))
+}
+
+/// Draws four small moments in the simplest light.
+///
+/// # Errors
+/// As [`drop`].
+pub fn small_drop(scene: &Scene, path: &Path, monitor: &dyn Monitor) -> Result<(), Error> {
+    let look = Look { zenith_deg: 72.0, azimuth_deg: -65.0, width_px: 720 };
+    strip(scene, 4, look, path, &Style { rays: 2, sky: 5, ..Style::new(monitor) })
+}
+
+fn strip(
+    scene: &Scene,
+    panels: usize,
+    look: Look,
+    path: &Path,
+    style: &Style,
+) -> Result<(), Error> {
     let placed = scene.placed()?;
     let known: Vec<&str> = placed.prototypes.iter().map(|p| p.name.as_str()).collect();
     let record = Frames::read(&scene.file.with_file_name("frames.json"), &known)?;
     let frames = record.chosen(panels);
-    let beds: Vec<Bed> = frames
-        .par_iter()
-        .map(|frame| bed(scene, placed, &record, frame))
-        .collect::<Result<_, _>>()?;
+    let first = bed(scene, placed, &record, frames[0])?;
+    let moved = |frame: &&Frame| moved(&first, frames[0], frame);
+    let beds: Vec<Bed> = if first.placements.len() == record.prototypes.len() {
+        frames.iter().map(moved).collect()
+    } else {
+        let read = |frame: &&Frame| bed(scene, placed, &record, frame);
+        frames.par_iter().map(read).collect::<Result<_, _>>()?
+    };
     let rest = Bed::bounds_um(&beds[panels - 1].meshes, &beds[panels - 1].placements).1;
     let start = Bed::bounds_um(&beds[0].meshes, &beds[0].placements).1;
     let [x, y] = record.tray_um;
@@ -56,7 +80,7 @@ pub fn drop(
             tray::add(&mut bed.meshes, &mut bed.placements, walls, material as u16);
         }
         let stage = Stage::new(&bed.meshes, &bed.placements, None);
-        render(&stage, &camera, width, &Style::new(monitor))
+        render(&stage, &camera, width, style)
     };
     let strip: Vec<Rendered> = beds.into_iter().map(panel).collect::<Result<_, _>>()?;
     let Rendered { canvas: Canvas { width, height, .. }, pixel_um, ref shares } = strip[0];
@@ -71,13 +95,26 @@ pub fn drop(
         }
         let bottom = line + 2.0 * FOOT as f64 - 8.0;
         scale_bar(svg, (8.0, bottom), width, pixel_um, Ground::Paper);
-        legend(svg, (right, bottom - 4.0), scene, shares);
+        legend(svg, (right, bottom - 4.0), scene, shares, Ground::Paper);
     })?;
     Ok(output::bytes(path, &canvas.png(Some(pixel_um)))?)
 }
 
 fn time(seconds: f64) -> String {
     if seconds == 0.0 { "0".into() } else { format!("{:.1} ms", 1e3 * seconds) }
+}
+
+/// The grains at another moment, each of one mesh: so the meshes are read once.
+fn moved(first: &Bed, from: &Frame, to: &Frame) -> Bed {
+    let transforms = from.transforms.iter().zip(&to.transforms);
+    let place = |(placement, (from, to)): (&Placement, (&[f64; 12], &[f64; 12]))| Placement {
+        mesh: placement.mesh,
+        to_scene: affine(to) * affine(from).inverse() * placement.to_scene,
+    };
+    Bed {
+        placements: first.placements.iter().zip(transforms).map(place).collect(),
+        ..first.clone()
+    }
 }
 
 /// The grains at one moment.

@@ -11,7 +11,7 @@ use super::stage::Stage;
 use super::{Look, PictureError};
 use crate::draw::plot::svg::{Anchor, Svg, text_width};
 use crate::geometry::ingest;
-use crate::scene::{Origin, Placed, Prototype, Scene, SceneGeometry};
+use crate::scene::{Material, Origin, Placed, Prototype, Scene, SceneGeometry};
 use crate::support::error::Error;
 use crate::support::file_error::FileError;
 use crate::support::monitor::Monitor;
@@ -60,22 +60,52 @@ pub fn grain(
         scale_bar(svg, (12.0, height - 4.0), picture.width, pixel_um, Ground::Paper);
         let line = height + 24.0;
         svg.text((12.0, line), Anchor::Start, TEXT, &chosen.name);
-        legend(svg, (width - 12.0, line), scene, &shares);
+        legend(svg, (width - 12.0, line), scene, &shares, Ground::Paper);
     })?;
     Ok(output::bytes(path, &canvas.png(Some(pixel_um)))?)
 }
 
 /// Names and colours of the visible materials, up to the right end of a line.
-pub(super) fn legend(svg: &mut Svg, (mut right, line): (f64, f64), scene: &Scene, shares: &[f64]) {
-    for (number, material) in scene.materials.iter().enumerate().rev() {
-        if shares.get(number).is_none_or(|share| *share == 0.0) {
-            continue;
+pub(super) fn legend(
+    svg: &mut Svg,
+    (mut right, line): (f64, f64),
+    scene: &Scene,
+    shares: &[f64],
+    ground: Ground,
+) {
+    let shown: Vec<(usize, &Material)> = visible(scene, shares).collect();
+    let width: f64 = shown.iter().map(|(_, material)| entry_width(material)).sum();
+    let ink = match ground {
+        Ground::Paper => "",
+        Ground::Picture => {
+            let style = "rx='3' fill='#000000' fill-opacity='0.6'";
+            svg.rectangle((right - width - 6.0, line - 20.0), (width + 14.0, 30.0), style);
+            "fill='#ffffff'"
         }
+    };
+    for (number, material) in shown.into_iter().rev() {
         right -= text_width(&material.name, TEXT);
-        svg.text((right, line), Anchor::Start, TEXT, &material.name);
+        svg.styled_text((right, line), Anchor::Start, TEXT, &material.name, ink);
         let [r, g, b] = colour(number).map(|level| (255.0 * level).round());
         let fill = format!("fill='rgb({r},{g},{b})' stroke='#555555' stroke-width='1'");
         svg.rectangle((right - 20.0, line - 12.0), (14.0, 14.0), &fill);
-        right -= 36.0;
+        right -= BETWEEN;
     }
+}
+
+/// Width of a legend, pixels.
+pub(super) fn legend_width(scene: &Scene, shares: &[f64]) -> f64 {
+    visible(scene, shares).map(|(_, material)| entry_width(material)).sum()
+}
+
+/// From the left end of a name to the end of the one before it, pixels.
+const BETWEEN: f64 = 36.0;
+
+fn entry_width(material: &Material) -> f64 {
+    text_width(&material.name, TEXT) + BETWEEN
+}
+
+fn visible<'a>(scene: &'a Scene, shares: &'a [f64]) -> impl Iterator<Item = (usize, &'a Material)> {
+    let materials = scene.materials.iter().enumerate();
+    materials.filter(|(number, _)| shares.get(*number).is_some_and(|share| *share > 0.0))
 }

@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::camera::Camera;
 use super::canvas::{Ground, scale_bar};
+use super::grain::{legend, legend_width};
 use super::render::{Rendered, SPACE, Style, render};
 use super::stage::Stage;
 use super::{Look, tray};
@@ -20,13 +21,36 @@ use crate::tracer::footprint::Footprint;
 /// Width of the sensor's view, pixels.
 const WIDTH: usize = 640;
 
-/// Draws the sensor's view as PNG with a scale bar. Each facet has its material's colour.
+/// Draws the sensor's view as PNG with a scale bar and the names of the materials. Each facet has
+/// its material's colour.
 ///
 /// # Errors
 /// The file cannot be written, or the user stops the work.
-pub fn sensor_view(bed: &Bed, path: &Path, monitor: &dyn Monitor) -> Result<(), Error> {
+pub fn sensor_view(
+    scene: &Scene,
+    bed: &Bed,
+    path: &Path,
+    monitor: &dyn Monitor,
+) -> Result<(), Error> {
     let style = Style { rays: 2, sky: 5, background: SPACE, ..Style::new(monitor) };
-    write(rendered(bed, WIDTH, &style)?, path)
+    write(scene, rendered(bed, WIDTH, &style)?, path)
+}
+
+/// Draws the light on the first three materials of the sensor's view, as red, green and blue of a
+/// PNG: whoever knows the colours of the materials can colour the view from it.
+///
+/// # Errors
+/// The file cannot be written, or the user stops the work.
+pub fn light_by_material(bed: &Bed, path: &Path, monitor: &dyn Monitor) -> Result<(), Error> {
+    let style = Style { rays: 2, sky: 5, background: [0.0; 3], ..Style::new(monitor) };
+    let style = Style { colour: channel, ..style };
+    let canvas = rendered(bed, WIDTH / 2, &style)?.canvas;
+    Ok(output::bytes(path, &canvas.png(None))?)
+}
+
+/// Full light in the channel of one of the first three materials.
+fn channel(material: usize) -> [f32; 3] {
+    std::array::from_fn(|channel| if channel == material { 1.0 } else { 0.0 })
 }
 
 /// Draws the sensor's view of a bed or, with a look, the whole bed.
@@ -44,7 +68,7 @@ pub fn patch(
     let mut style = Style::new(monitor);
     let Some(look) = look else {
         style.background = SPACE;
-        return write(rendered(&bed, width_px, &style)?, path);
+        return write(scene, rendered(&bed, width_px, &style)?, path);
     };
     let to_eye = look.to_eye();
     if to_eye.z < 0.0 {
@@ -56,7 +80,7 @@ pub fn patch(
         tray::add(&mut bed.meshes, &mut bed.placements, walls, material);
     }
     let stage = Stage::new(&bed.meshes, &bed.placements, None);
-    write(render(&stage, &framed(&bed, to_eye), look.width_px, &style)?, path)
+    write(scene, render(&stage, &framed(&bed, to_eye), look.width_px, &style)?, path)
 }
 
 /// A view of everything, with a margin.
@@ -79,9 +103,16 @@ fn rendered(bed: &Bed, width: usize, style: &Style) -> Result<Rendered, Error> {
     render(&Stage::of_sensor(bed), &camera, width, style)
 }
 
-fn write(rendered: Rendered, path: &Path) -> Result<(), Error> {
-    let Rendered { mut canvas, pixel_um, .. } = rendered;
+fn write(scene: &Scene, rendered: Rendered, path: &Path) -> Result<(), Error> {
+    let Rendered { mut canvas, pixel_um, shares } = rendered;
     let (width, bottom) = (canvas.width, canvas.height as f64 - 12.0);
-    canvas.annotate(|svg| scale_bar(svg, (12.0, bottom), width, pixel_um, Ground::Picture))?;
+    // Beside the scale bar, which takes at most a quarter.
+    let fits = legend_width(scene, &shares) < 0.7 * width as f64;
+    canvas.annotate(|svg| {
+        scale_bar(svg, (12.0, bottom), width, pixel_um, Ground::Picture);
+        if fits {
+            legend(svg, (width as f64 - 20.0, bottom - 10.0), scene, &shares, Ground::Picture);
+        }
+    })?;
     Ok(output::bytes(path, &canvas.png(Some(pixel_um)))?)
 }

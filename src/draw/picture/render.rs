@@ -37,13 +37,15 @@ pub(super) struct Style<'a> {
     pub zenith: DVec3,
     /// Where nothing is; levels of sRGB, 0 to 1.
     pub background: [f32; 3],
+    /// Colour of a material; levels of sRGB, 0 to 1.
+    pub colour: fn(usize) -> [f32; 3],
     pub monitor: &'a dyn Monitor,
 }
 
 impl<'a> Style<'a> {
     /// On white paper.
     pub(super) fn new(monitor: &'a dyn Monitor) -> Self {
-        Self { rays: 3, sky: 31, zenith: DVec3::Z, background: PAPER, monitor }
+        Self { rays: 3, sky: 31, zenith: DVec3::Z, background: PAPER, colour, monitor }
     }
 }
 
@@ -78,7 +80,7 @@ pub(super) fn render(
     let mut shares: Vec<f64> = Vec::new();
     for (piece, light) in pieces.iter().zip(light) {
         let material = usize::from(piece.material);
-        let colour = colour(material).map(|level| (light * linear(level)).min(1.0));
+        let colour = (style.colour)(material).map(|level| (light * linear(level)).min(1.0));
         let pixel = &mut pixels[piece.pixel];
         for ((sum, colour), background) in pixel.iter_mut().zip(colour).zip(background) {
             *sum += piece.share * (colour - background);

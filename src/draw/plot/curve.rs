@@ -2,6 +2,7 @@
 
 use super::PlotError;
 use crate::signature::Band;
+use crate::signature::budget::Budget;
 
 /// One emissivity curve.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,24 +13,27 @@ pub struct Curve {
     pub wavelength_um: Vec<f64>,
     /// Emissivities, 0 to 1.
     pub emissivity: Vec<f64>,
-    /// Half-widths of the 95 % confidence intervals of the emissivities; 0 for none.
+    /// Half-widths of the band about the curve, the total uncertainty at 95 %; 0 for none.
     pub half_width: Vec<f64>,
+    /// Half-widths of a darker band within, that of the rays alone; empty for none.
+    pub of_rays: Vec<f64>,
 }
 
 impl Curve {
-    /// The curve of a signature.
-    pub fn of(label: &str, bands: &[Band]) -> Self {
+    /// The curve of a signature with its budget.
+    pub fn of(label: &str, bands: &[Band], budget: &Budget) -> Self {
         Self {
             label: label.to_owned(),
             wavelength_um: bands.iter().map(|band| band.wavelength_um).collect(),
             emissivity: bands.iter().map(|band| band.emissivity.mean).collect(),
-            half_width: bands.iter().map(|band| band.emissivity.half_width).collect(),
+            half_width: budget.bands.iter().map(|share| share.total).collect(),
+            of_rays: budget.bands.iter().map(|share| share.rays).collect(),
         }
     }
 
     /// Checks that the curve can be drawn.
     pub(super) fn check(&self) -> Result<(), PlotError> {
-        let Curve { label, wavelength_um, emissivity, half_width } = self;
+        let Curve { label, wavelength_um, emissivity, half_width, of_rays } = self;
         let wrong = |problem| Err(PlotError::Curve { label: label.clone(), problem });
         if [emissivity.len(), half_width.len()] != [wavelength_um.len(); 2] {
             return wrong(format!(
@@ -38,6 +42,9 @@ impl Curve {
                 emissivity.len(),
                 half_width.len()
             ));
+        }
+        if !of_rays.is_empty() && of_rays.len() != half_width.len() {
+            return wrong(format!("it has {} half-widths of rays", of_rays.len()));
         }
         let mut before = 0.0;
         for (i, &um) in wavelength_um.iter().enumerate() {
@@ -70,6 +77,7 @@ mod tests {
             wavelength_um: vec![8.0, 9.0, 10.0],
             emissivity: vec![0.0, 0.9, 1.0],
             half_width: vec![0.0, 0.01, 0.0],
+            of_rays: vec![],
         };
         curve.check().unwrap();
         change(&mut curve);

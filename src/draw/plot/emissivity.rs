@@ -23,6 +23,8 @@ pub struct Chart {
     pub curves: Vec<Curve>,
     /// Ranges of wavelengths that are hatched because the result is not valid there, um.
     pub hatched_um: Vec<[f64; 2]>,
+    /// Whether title, caption and marks are left out, as papers want it.
+    pub bare: bool,
 }
 
 const PLOT_HEIGHT: f64 = 350.0;
@@ -39,18 +41,25 @@ pub fn emissivity_svg(chart: &Chart) -> Result<String, PlotError> {
     let wavelengths = wavelengths.ok_or(PlotError::Empty)?;
     let bands = chart.curves.iter().flat_map(|c| &c.half_width).any(|&h| h > 0.0);
     let has_extrema = |c: &Curve| features(&c.wavelength_um, &c.emissivity).extrema().count() > 0;
+    let rays = chart.curves.iter().any(|curve| !curve.of_rays.is_empty());
     let key = [
-        bands.then_some("Shaded bands: 95 % confidence."),
+        bands.then_some(if rays {
+            "Shaded bands: total uncertainty at 95 %; darker: the rays' own."
+        } else {
+            "Shaded bands: uncertainty at 95 %."
+        }),
         chart.curves.iter().any(has_extrema).then_some("Circles: extrema of quartz."),
     ];
     let key: Vec<&str> = key.into_iter().flatten().collect();
-    let caption: Vec<String> = [key.join(" ")].into_iter().chain(chart.caption.clone()).collect();
+    let bare = chart.bare;
+    let captions = [key.join(" ")].into_iter().chain(chart.caption.clone());
+    let caption: Vec<String> = captions.filter(|_| !bare).collect();
     let page = Page::new(Layout {
-        title: &chart.title,
+        title: if bare { "" } else { &chart.title },
         labels: chart.curves.iter().map(|c| c.label.as_str()).collect(),
         bands,
         plot_height: PLOT_HEIGHT,
-        above: 26.0,
+        above: if bare { 4.0 } else { 26.0 },
         caption: &caption,
     });
     let Area { left, top, right, bottom } = page.area;
@@ -59,17 +68,22 @@ pub fn emissivity_svg(chart: &Chart) -> Result<String, PlotError> {
         y: Axis::linear(emissivity_range(chart), (bottom, top), 8.0),
         page,
     };
-    plot.draw_window("Reststrahlen", &RESTSTRAHLEN_WINDOW_UM);
-    plot.draw_window("Transparency", &TRANSPARENCY_WINDOW_UM);
+    if !bare {
+        plot.draw_window("Reststrahlen", &RESTSTRAHLEN_WINDOW_UM);
+        plot.draw_window("Transparency", &TRANSPARENCY_WINDOW_UM);
+    }
     for &range_um in &chart.hatched_um {
         plot.draw_hatching(range_um);
     }
     plot.page.axes(&plot.x, &plot.y, ["Wavelength (µm)", "Emissivity"]);
     let pens: Vec<Pen> = (0..chart.curves.len()).map(Pen::of).collect();
     let curves = || chart.curves.iter().zip(&pens);
-    curves().for_each(|(curve, pen)| plot.draw_band(curve, pen));
+    curves().for_each(|(curve, pen)| plot.draw_band(curve, &curve.half_width, pen));
+    curves().for_each(|(curve, pen)| plot.draw_band(curve, &curve.of_rays, pen));
     curves().for_each(|(curve, pen)| plot.draw_curve(curve, pen));
-    curves().for_each(|(curve, pen)| plot.mark_features(curve, pen, pens.len() == 1));
+    if !bare {
+        curves().for_each(|(curve, pen)| plot.mark_features(curve, pen, pens.len() == 1));
+    }
     Ok(plot.page.svg.finish())
 }
 
@@ -155,12 +169,12 @@ impl Plot {
         }
     }
 
-    fn draw_band(&mut self, curve: &Curve, pen: &Pen) {
-        if curve.half_width.iter().all(|&h| h == 0.0) {
+    fn draw_band(&mut self, curve: &Curve, half_width: &[f64], pen: &Pen) {
+        if half_width.iter().all(|&h| h == 0.0) {
             return;
         }
         let side = |sign: f64| -> Vec<Point> {
-            let ends = curve.emissivity.iter().zip(&curve.half_width).map(|(e, h)| e + sign * h);
+            let ends = curve.emissivity.iter().zip(half_width).map(|(e, h)| e + sign * h);
             curve.wavelength_um.iter().zip(ends).map(|(&w, e)| self.place(w, e)).collect()
         };
         let (mut outline, lower) = (side(1.0), side(-1.0));
@@ -193,13 +207,14 @@ mod tests {
             label: label.to_owned(),
             emissivity: wavelength_um.iter().map(|&w| emissivity(w)).collect(),
             half_width: vec![0.005; wavelength_um.len()],
+            of_rays: vec![],
             wavelength_um,
         }
     }
 
     fn chart(curves: Vec<Curve>) -> Chart {
         let caption = vec!["ray noise only".to_owned()];
-        Chart { title: "Quartz".to_owned(), caption, curves, hatched_um: vec![] }
+        Chart { title: "Quartz".to_owned(), caption, curves, hatched_um: vec![], bare: false }
     }
 
     fn grid() -> Vec<f64> {
@@ -224,13 +239,29 @@ mod tests {
             "8.97 µm",
             "12.65 µm",
             "10–12 µm",
-            "Shaded bands: 95 % confidence.",
+            "Shaded bands: uncertainty at 95 %.",
             "ray noise only",
         ] {
             assert!(svg.contains(text), "{text} is missing");
         }
         assert_eq!(svg.matches("<circle").count(), 6);
         assert_eq!(svg.matches("<polygon").count(), 1);
+    }
+
+    #[test]
+    fn the_rays_own_band_lies_within_the_total_and_a_bare_figure_has_no_words_around_it() {
+        let mut one = curve("bare", grid(), quartz);
+        one.of_rays = vec![0.001; one.half_width.len()];
+        let full = chart(vec![one]);
+        let svg = emissivity_svg(&full).unwrap();
+        assert_eq!(svg.matches("<polygon").count(), 2);
+        assert!(svg.contains("darker: the rays' own."));
+        let svg = emissivity_svg(&Chart { bare: true, ..full }).unwrap();
+        assert_eq!(svg.matches("<polygon").count(), 2);
+        assert!(svg.contains("Emissivity") && svg.contains(">bare<"));
+        for word in ["<circle", "Quartz", "ray noise", "Reststrahlen", "Shaded"] {
+            assert!(!svg.contains(word), "{word}");
+        }
     }
 
     #[test]

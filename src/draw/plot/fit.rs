@@ -195,6 +195,7 @@ mod tests {
             wavelength_um: vec![8.0, 9.0, 10.0],
             emissivity: vec![level, level - 0.1, level],
             half_width: vec![0.01; 3],
+            of_rays: Vec::new(),
         }
     }
 

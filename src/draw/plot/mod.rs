@@ -1,4 +1,4 @@
-//! Charts as SVG and as PNG.
+//! Charts as SVG, PNG and PDF.
 //!
 //! The SVG is written here, so that the same chart gives the same bytes everywhere. The PNG is the
 //! SVG rendered with a font that the program contains, so that it does not depend on the machine.
@@ -13,6 +13,7 @@ pub(crate) mod label;
 pub(crate) mod legend;
 mod marks;
 pub(crate) mod page;
+mod pdf;
 mod raster;
 pub(crate) mod svg;
 
@@ -23,6 +24,7 @@ pub use bodies::{Row, Solid, bodies_svg};
 pub use curve::Curve;
 pub use emissivity::{Chart, emissivity_svg};
 pub use fit::{Drawn, FitChart, fit_svg, posterior_svg};
+pub use pdf::pdf;
 pub use raster::png;
 pub(crate) use raster::{layer, pack};
 

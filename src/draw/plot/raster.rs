@@ -35,7 +35,8 @@ pub(crate) fn layer(svg: &str) -> Result<Pixmap, PlotError> {
     pixels(svg, 1.0, Color::TRANSPARENT)
 }
 
-fn pixels(svg: &str, pixels_per_unit: f32, background: Color) -> Result<Pixmap, PlotError> {
+/// The shapes of SVG text, with the contained font.
+pub(super) fn tree(svg: &str) -> Result<Tree, PlotError> {
     let options = Options {
         fontdb: Arc::clone(&FONTS),
         font_resolver: FontResolver {
@@ -44,7 +45,11 @@ fn pixels(svg: &str, pixels_per_unit: f32, background: Color) -> Result<Pixmap, 
         },
         ..Options::default()
     };
-    let tree = Tree::from_str(svg, &options)?;
+    Ok(Tree::from_str(svg, &options)?)
+}
+
+fn pixels(svg: &str, pixels_per_unit: f32, background: Color) -> Result<Pixmap, PlotError> {
+    let tree = tree(svg)?;
     let [width, height] =
         [tree.size().width(), tree.size().height()].map(|units| (units * pixels_per_unit).ceil());
     let size_error = PlotError::Size { width, height, most: MOST_PIXELS };

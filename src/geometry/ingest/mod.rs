@@ -69,10 +69,14 @@ impl Sources {
         &self.files
     }
 
-    /// SHA-256 of the scene file and its meshes, in hexadecimal. A table belongs to it.
+    /// SHA-256 of the scene file, of changes of its values and of its meshes, in hexadecimal. A
+    /// table belongs to it.
     pub fn sha256(&self) -> Result<String, OutputError> {
         let mut sum = Sha256::new();
         sum.update(output::sha256(&self.scene.file)?);
+        for change in &self.scene.changes {
+            sum.update(Sha256::digest(change.to_string()));
+        }
         for bytes in self.files.values() {
             sum.update(Sha256::digest(bytes));
         }
@@ -242,7 +246,8 @@ impl Format {
     }
 }
 
-fn affine(m: &[f64; 12]) -> DAffine3 {
+/// A transform of a scene file.
+pub(crate) fn affine(m: &[f64; 12]) -> DAffine3 {
     DAffine3::from_cols(
         DVec3::new(m[0], m[4], m[8]),
         DVec3::new(m[1], m[5], m[9]),

@@ -220,6 +220,7 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
     let materials = materials(mat, &names, folder, &mut left_out)?;
     let scene = Scene {
         file: PathBuf::new(),
+        changes: Vec::new(),
         soilsig_scene: FORMAT,
         name: odb.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         description: Some("imported from DIRSIG's files".into()),

@@ -17,14 +17,6 @@ pub enum ImageError {
         /// Its height above the top of the bed, um.
         height_um: f64,
     },
-    /// The bands are so wide or so many that the image cannot be evaluated.
-    #[error("the sensor's bands take {needed} wavelengths 2 nm apart; {most} are the most")]
-    WideBands {
-        /// The number that they take.
-        needed: usize,
-        /// The most.
-        most: usize,
-    },
     /// No pixel sees anything.
     #[error("no pixel sees anything: the sensor looks past the target")]
     Empty,
@@ -34,7 +26,6 @@ impl Failure for ImageError {
     fn hint(&self) -> Option<String> {
         Some(match self {
             Self::Within { .. } => "give sensor.optics.pinhole a greater distance_um".into(),
-            Self::WideBands { .. } => "make sensor.bands narrower or fewer".into(),
             Self::Empty => "compare the sensor's optics with the place of the domain".into(),
         })
     }

@@ -100,7 +100,8 @@ mod tests {
             SensorBands::Box { centre_um: 9.0, width_um: 1.0 },
         ];
         let sensor = Sensor { pixels: [1, 1], bands: Some(bands), ..Sensor::default() };
-        let bands = Bands::new(Some(&sensor), "".as_ref(), &Grid::PAPER).expect("bands");
+        let bands = crate::products::image::bands::bands(Some(&sensor), "".as_ref(), &Grid::PAPER)
+            .expect("bands");
         let lit: Vec<Lit> = bands.nodes_um.iter().map(|&um| lit(um)).collect();
         let spectra = Evaluator::new(Kept::PLAIN, &lit, &bands).spectra(&histogram);
         for (band, weights) in bands.weights.iter().enumerate() {

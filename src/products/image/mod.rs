@@ -76,7 +76,7 @@ pub fn make(
     monitor: &dyn Monitor,
 ) -> Result<Made, Error> {
     let sensor = scene.sensor.as_ref();
-    let bands = Bands::new(sensor, scene.folder(), grid)?;
+    let bands = bands::bands(sensor, scene.folder(), grid)?;
     let camera = Camera::new(tracer.bed(), sensor)?;
     let prepared = Prepared::new(scene.clone(), &bands.nodes_um)?;
     if prepared.nodes.is_some() {

@@ -75,6 +75,8 @@ fn drop(setting: &Setting, tray_um: f64, solver: Value) -> Result<Measured, Erro
     let options = Options {
         grains: None,
         source: Source::Scene(path),
+        set: Vec::new(),
+        facets: None,
         seed: None,
         packings: HowMany::Number(1),
         field: None,

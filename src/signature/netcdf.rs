@@ -1,0 +1,165 @@
+//! A signature as NetCDF with the attributes of the CF conventions.
+
+use std::cell::RefCell;
+use std::io::{self, Cursor, Seek, SeekFrom, Write};
+use std::rc::Rc;
+
+use netcdf3::{DataSet, FileWriter, InvalidDataSet, Version, WriteError};
+
+use super::Band;
+use super::budget::Budget;
+use super::csv;
+use crate::radiometry::{Assumed, Temperature};
+use crate::table::Table;
+
+/// The columns of a signature and of its budget, as the bytes of a file. The wavelength is their
+/// dimension; errors are ancillary variables of what they belong to.
+pub fn bytes(
+    table: &Table,
+    bands: &[Band],
+    budget: &Budget,
+    temperature: Temperature,
+    assumed: Assumed,
+) -> Vec<u8> {
+    let um: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
+    let mut columns = csv::values(bands, budget, temperature, assumed);
+    // The total stands among the columns, beside the emissivity.
+    let parts = budget.columns().into_iter().skip(1);
+    let has_values = |values: &[Option<f64>]| values.iter().any(Option::is_some);
+    let parts: Vec<(String, &str, Vec<Option<f64>>)> = parts
+        .filter(|(.., values)| has_values(values))
+        .map(|(name, meaning, values)| (format!("budget_{name}"), meaning, values))
+        .collect();
+    columns.push(("valid", "1 where the models of all facets hold, else 0.", {
+        bands.iter().map(|band| Some(f64::from(u8::from(band.valid)))).collect()
+    }));
+    let names: Vec<&str> = columns.iter().map(|(name, ..)| *name).collect();
+    let ancillary = |of: &str| {
+        let stem = stem(of);
+        let is_error = |name: &&&str| {
+            **name != of
+                && name.strip_prefix(stem).is_some_and(|rest| {
+                    ["_standard_error", "_half_width", "_sd", "_total"]
+                        .iter()
+                        .any(|part| rest.starts_with(part))
+                })
+        };
+        let mut errors: Vec<&str> = names.iter().filter(is_error).copied().collect();
+        if of == "emissivity" {
+            errors.extend(parts.iter().map(|(name, ..)| &**name));
+        }
+        errors.join(" ")
+    };
+    let mut variables: Vec<Variable> = Vec::new();
+    for (name, meaning, values) in &columns {
+        variables.push(Variable { name, meaning, values, ancillary: ancillary(name) });
+    }
+    for (name, meaning, values) in &parts {
+        variables.push(Variable { name, meaning, values, ancillary: String::new() });
+    }
+    written(table, &um, &variables).expect("names and sizes are valid, and memory does not fail")
+}
+
+struct Variable<'a> {
+    name: &'a str,
+    meaning: &'a str,
+    values: &'a [Option<f64>],
+    /// Names of its errors.
+    ancillary: String,
+}
+
+/// A name without its unit.
+fn stem(name: &str) -> &str {
+    UNITS.iter().find_map(|(suffix, _)| name.strip_suffix(suffix)).unwrap_or(name)
+}
+
+/// Endings of names and their units.
+const UNITS: [(&str, &str); 2] = [("_w_m2_sr_um", "W m-2 sr-1 um-1"), ("_k", "K")];
+
+/// What cannot be written.
+#[derive(Debug)]
+#[expect(dead_code, reason = "shown when a promise of this crate is broken")]
+enum Failed {
+    Define(InvalidDataSet),
+    Write(WriteError),
+}
+
+impl From<InvalidDataSet> for Failed {
+    fn from(error: InvalidDataSet) -> Self {
+        Self::Define(error)
+    }
+}
+
+impl From<WriteError> for Failed {
+    fn from(error: WriteError) -> Self {
+        Self::Write(error)
+    }
+}
+
+fn written(table: &Table, um: &[f64], variables: &[Variable]) -> Result<Vec<u8>, Failed> {
+    let mut set = DataSet::new();
+    set.add_fixed_dim(WAVELENGTH, um.len())?;
+    for (key, text) in [
+        ("Conventions", "CF-1.11"),
+        ("title", &*table.scene),
+        ("source", concat!("soilsig ", env!("CARGO_PKG_VERSION"))),
+        ("scene_sha256", &table.scene_sha256),
+        ("seed", &table.seed.to_string()),
+    ] {
+        set.add_global_attr_string(key, text)?;
+    }
+    set.add_global_attr_f64("temperature_k", vec![table.temperature_k])?;
+    set.add_global_attr_f64("view_zenith_deg", vec![table.view.zenith_deg])?;
+    set.add_global_attr_f64("view_azimuth_deg", vec![table.view.azimuth_deg])?;
+    set.add_var_f64(WAVELENGTH, &[WAVELENGTH])?;
+    set.add_var_attr_string(WAVELENGTH, "standard_name", "radiation_wavelength")?;
+    set.add_var_attr_string(WAVELENGTH, "long_name", "wavelength of the band")?;
+    set.add_var_attr_string(WAVELENGTH, "units", "um")?;
+    for Variable { name, meaning, ancillary, .. } in variables {
+        set.add_var_f64(name, &[WAVELENGTH])?;
+        set.add_var_attr_string(name, "long_name", meaning)?;
+        let unit = UNITS.iter().find(|(suffix, _)| name.ends_with(suffix));
+        set.add_var_attr_string(name, "units", unit.map_or("1", |(_, unit)| unit))?;
+        set.add_var_attr_f64(name, "_FillValue", vec![FILL])?;
+        if !ancillary.is_empty() {
+            set.add_var_attr_string(name, "ancillary_variables", ancillary)?;
+        }
+    }
+    let memory = Memory::default();
+    {
+        let mut writer = FileWriter::open_seek_write("signature", Box::new(memory.clone()))?;
+        writer.set_def(&set, Version::Classic, 0)?;
+        writer.write_var_f64(WAVELENGTH, um)?;
+        for Variable { name, values, .. } in variables {
+            let values: Vec<f64> = values.iter().map(|value| value.unwrap_or(FILL)).collect();
+            writer.write_var_f64(name, &values)?;
+        }
+        writer.close()?;
+    }
+    Ok(memory.0.take().into_inner())
+}
+
+const WAVELENGTH: &str = "wavelength";
+
+/// NetCDF's own value for what is missing. NaN is not equal to itself, which its writer needs.
+const FILL: f64 = 9.969_209_968_386_869e36;
+
+/// Bytes that outlive the writer.
+#[derive(Clone, Default)]
+struct Memory(Rc<RefCell<Cursor<Vec<u8>>>>);
+
+impl Write for Memory {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.borrow_mut().write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Seek for Memory {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.0.borrow_mut().seek(to)
+    }
+}
