@@ -1,6 +1,8 @@
 //! Closest hits per second of soilsig and of Embree's single rays, one thread each. The rays are
 //! those of paths through a settled bed of dusty grains. `benches/embree/run.sh` starts it.
 
+#![allow(clippy::disallowed_methods, reason = "no result depends on it")]
+
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;

@@ -46,7 +46,9 @@ fn a_spectrum_beside_a_signature_is_compared_with_it() {
     let grey = ["fine", "coarse", "floor"].map(|name| format!("{name}=1"));
     let mut args = vec!["signature", "t.json", "--beside", "flat.csv", "--plot", "bare.pdf"];
     args.push("--bare-figure");
-    grey.iter().for_each(|spectrum| args.extend(["--spectrum", spectrum]));
+    for spectrum in &grey {
+        args.extend(["--spectrum", spectrum]);
+    }
     place.write("flat.csv", "8,0.9\n9,0.8\n10,0.9\n");
     let (_, said) = place.run(&args, 0);
     // 0.1, 0.2, 0.1: the mean of their squares is 0.02.

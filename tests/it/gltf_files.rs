@@ -77,6 +77,7 @@ impl File {
         self.accessor(5126, shape, numbers.len() / width, &bytes)
     }
 
+    #[allow(clippy::needless_pass_by_value, reason = "`json!` makes it on the spot")]
     fn mesh(&mut self, primitives: Value) -> usize {
         self.push("meshes", json!({"name": "mesh", "primitives": primitives}))
     }
@@ -407,7 +408,7 @@ fn lines_and_points_are_passed_over() {
         let line = json!({"attributes": {"POSITION": 1}, "mode": mode});
         file.json["meshes"][0]["primitives"].as_array_mut().expect("a list").push(line);
         file.assert_is_pit("lines beside it");
-        let alone = PROTOTYPE.replace("}", r#", "object": "edges"}"#);
+        let alone = PROTOTYPE.replace('}', r#", "object": "edges"}"#);
         let text = file.text("m.bin");
         let files: [(&str, &[u8]); 2] = [("m.gltf", text.as_bytes()), ("m.bin", &file.bytes)];
         let error = load(&files, &alone).expect_err("no faces");

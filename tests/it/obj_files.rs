@@ -78,7 +78,7 @@ fn a_pit_is_read_through_comments_continued_lines_and_white_space() {
     }
     assert_is_pit(with("f", |line| format!("{line}#glued")), "glued to the last number");
     assert_is_pit(with("v", |line| format!("{line}#glued")), "glued to the last number");
-    assert_is_pit(with("v", &str::to_uppercase), "capital letters");
+    assert_is_pit(with("v", str::to_uppercase), "capital letters");
     assert_is_pit(with("f", |line| line.replace('f', "fo")), "the older word for a face");
     assert_is_pit(pit() + "f 5 6 \\", "nothing goes on after the last line");
 }
@@ -288,7 +288,7 @@ fn polygon(points: &[[f64; 2]]) -> String {
 #[test]
 fn concave_polygons_are_cut_into_triangles_that_cover_them_alone() {
     let star = |i: usize| {
-        let (radius, angle) = (if i % 2 == 0 { 2.0 } else { 0.7 }, i as f64 * 0.3);
+        let (radius, angle) = (if i.is_multiple_of(2) { 2.0 } else { 0.7 }, i as f64 * 0.3);
         [radius * f64::cos(angle), radius * f64::sin(angle)]
     };
     let star: Vec<[f64; 2]> = (0..20).map(star).collect();
@@ -487,7 +487,9 @@ fn what_cannot_be_read_of_an_obj_file_is_refused_by_name() {
 #[test]
 fn a_pit_has_its_emissivity_whatever_its_text_looks_like() {
     let mut lines = pit_lines();
-    lines.iter_mut().for_each(|line| *line = line.replace(' ', "\t") + " # 1 2 3");
+    for line in &mut lines {
+        *line = line.replace(' ', "\t") + " # 1 2 3";
+    }
     let text = format!("\u{feff}{}\r l 1 2 3 4\r", lines.join("\r"));
     for content in [pit(), text] {
         let place = Place::new();

@@ -314,7 +314,7 @@ fn what_cannot_be_traced_with_refraction_is_refused() {
     });
     refuse(&stone(block()), &|json| json["sky_temperature_k"] = json!([[0, 200], [90, 280]]));
     refuse(&stone(block()), &|json| {
-        json["materials"][0]["spectrum"] = json!({"refractive": "basalt"})
+        json["materials"][0]["spectrum"] = json!({"refractive": "basalt"});
     });
     for (name, axes) in [
         ("none", json!({})),

@@ -47,7 +47,9 @@ fn bands_stand_in_the_order_of_the_sensors_and_a_black_bed_has_its_temperature()
     let place = traced();
     let black = ["fine", "coarse", "floor"].map(|name| format!("{name}=1"));
     let mut args = vec!["signature", "t.json", "--sensor", "aster,landsat-tirs,hytes"];
-    black.iter().for_each(|spectrum| args.extend(["--spectrum", spectrum]));
+    for spectrum in &black {
+        args.extend(["--spectrum", spectrum]);
+    }
     let (csv, said) = place.run(&args, 0);
     assert!(said.contains("aster: nominal, Yamaguchi"), "{said}");
     let rows = Rows::new(&csv);
@@ -74,7 +76,7 @@ fn a_band_is_the_mean_of_its_wavelengths_and_its_errors_are_totals() {
         place.run(&[&["signature", "t.json", "--sensor", "aster"], &sky[..]].concat(), 0);
     let bands = Rows::new(&csv);
     let mean = |values: &[f64]| {
-        let ends = (values[0] + values[values.len() - 1]) / 2.0;
+        let ends = f64::midpoint(values[0], values[values.len() - 1]);
         (values.iter().sum::<f64>() - ends) / (values.len() - 1) as f64
     };
     let near = |band: f64, fine: f64, within: f64| {
