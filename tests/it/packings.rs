@@ -30,7 +30,7 @@ fn the_interval_holds_the_spread_between_packings() {
     for row in reader.records() {
         let row = row.expect("a row");
         let [error, half_width, rays, spread] =
-            [2, 3, 4, 5].map(|i| row[i].parse::<f64>().expect("a number"));
+            [2, 3, 5, 6].map(|i| row[i].parse::<f64>().expect("a number"));
         assert!((error - (spread / 3_f64.sqrt()).max(rays)).abs() < 2e-7, "{row:?}");
         let open = half_width - quantile_95(3) * error;
         assert!((-1e-5..most_open).contains(&open), "{row:?}");

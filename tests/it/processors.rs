@@ -31,7 +31,13 @@ fn results_do_not_depend_on_the_instruction_set() {
             let said = String::from_utf8_lossy(&output.stderr);
             assert!([Some(0), Some(4)].contains(&output.status.code()), "{said}");
         }
-        let of = |kind: &str| place.json(format!("{name}_{kind}/run.json"))["outputs"].clone();
+        let of = |kind: &str| {
+            let record = place.json(format!("{name}_{kind}/run.json"));
+            let outputs = record["outputs"].as_object().expect("outputs").clone();
+            // Times and logs differ anyway.
+            let same = outputs.into_iter().filter(|(_, output)| output["reproducible"] == true);
+            same.collect::<serde_json::Map<_, _>>()
+        };
         assert_eq!(of("all"), of("few"), "{name}");
     }
 }

@@ -70,6 +70,8 @@ for name in signature.columns.drop("wavelength_um"):
     assert np.allclose(curves[name], signature[name], rtol=0, atol=5.1e-8), name
     assert curves[name].attrs["units"] in {"1", "K", "W m-2 sr-1 um-1"}, name
 errors = curves.emissivity.attrs["ancillary_variables"].split()
-assert {"emissivity_standard_error", "emissivity_total_half_width_95", "budget_floor"} <= set(errors)
+assert {"emissivity_standard_error", "emissivity_total_half_width_95", "budget_floor"} <= set(
+    errors
+)
 assert all(error in curves for error in errors)
 assert curves.l_target_w_m2_sr_um.attrs["ancillary_variables"] in curves

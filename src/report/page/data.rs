@@ -232,6 +232,11 @@ impl TableData {
     fn new(tables: &[Table], um: &[f64]) -> Result<Self, String> {
         let first = &tables[0];
         let (kept, count) = (first.histogram.kept, first.materials.len());
+        if kept.nodes > 0 {
+            return Err("Light that passes through grains is traced wavelength by wavelength: \
+                        other spectra take another trace."
+                .into());
+        }
         if kept.cosines > 1 {
             return Err("The reflectance of mirrors depends on the angle of each hit, which this \
                         page does not evaluate: soilsig signature does."
