@@ -120,12 +120,12 @@ impl InBlender {
     }
 }
 
-/// When a trace ends.
+/// Half-width of the rays where no other is asked for.
+pub const TOLERANCE: f64 = 0.005;
+
+/// When a trace ends at the latest.
 #[derive(Args)]
 pub struct Enough {
-    /// Half-width of the 95 % interval in emissivity that every band is to reach
-    #[arg(long, value_name = "X", default_value_t = 0.005, value_parser = tolerance)]
-    pub tolerance: f64,
     /// Most paths to trace; if they are too few the result is written and the exit status is 4
     #[arg(long, value_name = "N", default_value_t = 1 << 26,
           value_parser = clap::value_parser!(u64).range(2..))]

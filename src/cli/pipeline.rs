@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use super::arguments::{Bands, Changes, Enough, InBlender, absolute, number, utf8_path};
+use super::arguments::{
+    Bands, Changes, Enough, InBlender, TOLERANCE, absolute, number, tolerance, utf8_path,
+};
 use super::{Context, Outcome, command_line, print, print_json};
 use crate::histogram::estimate;
 use crate::pipeline::{self, Auto, HowMany, Options, Source};
@@ -29,11 +31,17 @@ pub struct Args {
     /// Random seed of shapes, dust, drop and rays; it replaces the scene's
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Packings (beds) to drop. The result of several is their mean, and its interval includes the
-    /// spread between them. `auto` drops as many as the tolerance takes, until their fines touch if
-    /// that is needed
-    #[arg(long, value_name = "N", default_value = "1", value_parser = packings)]
-    packings: HowMany,
+    /// Half-width at 95 % that the total of every band is to reach, all included that can be
+    /// measured: rays, beds, rim, floor, hulls, given-up paths. As many beds are dropped as that
+    /// takes; some of them until their fines touch if that is needed. With --packings, or of a
+    /// placed scene, the half-width of rays and of the spread between beds [default: one bed, with
+    /// rays to 0.005]
+    #[arg(long, value_name = "X", value_parser = tolerance)]
+    tolerance: Option<f64>,
+    /// Packings (beds) to drop, in place of as many as the tolerance takes. The result of several is
+    /// their mean [default: 1, or `auto` with --tolerance]
+    #[arg(long, value_name = "N", value_parser = packings)]
+    packings: Option<HowMany>,
     /// Trace a field of this many particles: copies of the packing turned at random, not held in
     /// memory
     #[arg(long, value_name = "PARTICLES", value_parser = particles)]
@@ -91,9 +99,13 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         facets: args.facets,
         grains: args.grains.as_deref().map(absolute),
         seed: args.seed,
-        packings: args.packings,
+        packings: match (args.packings, args.tolerance) {
+            (Some(packings), _) => packings,
+            (None, Some(_)) => HowMany::Planned(Auto::Auto),
+            (None, None) => HowMany::Number(1),
+        },
         field: args.field,
-        tolerance: args.enough.tolerance,
+        tolerance: args.tolerance.unwrap_or(TOLERANCE),
         max_paths: args.enough.max_paths,
         max_seconds: args.enough.max_seconds,
         grid: args.bands.grid(),

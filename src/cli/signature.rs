@@ -9,7 +9,7 @@ use super::{Context, Outcome, print, spectra, usage};
 use crate::draw::plot;
 use crate::radiometry::{Atmosphere, SkyTable, Temperature};
 use crate::report::compare::{self, Difference};
-use crate::report::{self, Report, Retrieval, terminal};
+use crate::report::{self, Report, Retrieval, Tolerance, terminal};
 use crate::scene::Sky;
 use crate::signature;
 use crate::signature::in_bands;
@@ -86,7 +86,8 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         Temperature { error_k: args.assumptions.temperature_error, ..tables[0].temperature() };
     let assumed = args.assumptions.assumed();
     let tolerance = tables[0].stop.asked.tolerance;
-    let report = Report::new(&tables, &grid.wavelengths_um(), tolerance, None)?;
+    let report =
+        Report::new(&tables, &grid.wavelengths_um(), Tolerance::Interval(tolerance), None)?;
     let bands = &report.bands;
     let result = match args.out.as_deref().map(ending).as_deref() {
         Some("nc") => {

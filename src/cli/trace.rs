@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use super::arguments::{Bands, Changes, Enough};
+use super::arguments::{Bands, Changes, Enough, TOLERANCE, tolerance};
 use super::{Context, Outcome, print, print_json, usage};
-use crate::report::{Report, terminal};
+use crate::report::{Report, Tolerance, terminal};
 use crate::support::error::{Failure, Status};
 use crate::support::monitor::Step;
 use crate::support::output;
@@ -26,6 +26,9 @@ pub struct Args {
     /// Random seed of the rays; it replaces the scene's
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
+    /// Half-width of the 95 % interval in emissivity that every band is to reach
+    #[arg(long, value_name = "X", default_value_t = TOLERANCE, value_parser = tolerance)]
+    tolerance: f64,
     #[command(flatten)]
     enough: Enough,
     /// Trace exactly this number of paths, whatever they reach. Paths too weak to matter at the
@@ -67,7 +70,8 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     // Before the work, not after it.
     output::keeps([&args.scene], [&args.out])?;
     output::may_write(&args.out)?;
-    let Enough { tolerance, max_paths, max_seconds } = args.enough;
+    let tolerance = args.tolerance;
+    let Enough { max_paths, max_seconds } = args.enough;
     let target = Target { max_paths, max_seconds, exactly, ..Target::of(tolerance) };
     let monitor = &context.terminal;
     let step = Step::new(monitor, "load");
@@ -91,7 +95,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     table.write(&args.out)?;
     partial.map_or(Ok(()), output::remove)?;
     step.done(&format!("{} paths, {} hits", table.paths, table.hits));
-    let reached = Report::new(&[table], &um, tolerance, None)?.reached;
+    let reached = Report::new(&[table], &um, Tolerance::Interval(tolerance), None)?.reached;
     if args.json {
         print_json(&reached)?;
     } else {

@@ -29,6 +29,11 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// Half-width of the 95 % interval without what paths given up leave open.
+    pub fn interval(&self) -> f64 {
+        self.half_width - self.trapped
+    }
+
     /// The estimate from the mean of each packing.
     pub fn of(packings: &[Mean]) -> Self {
         let n = packings.len() as f64;

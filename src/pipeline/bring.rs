@@ -13,6 +13,33 @@ use crate::support::error::Error;
 use crate::support::random;
 use crate::table::Prepared;
 
+/// Where the beds of a recipe go.
+pub(super) struct Places {
+    /// How many there are.
+    pub(super) beds: usize,
+    /// Whether these are second beds of the same drops, whose fines touch.
+    pub(super) second: bool,
+    /// Whether drops have such second beds.
+    pub(super) in_pairs: bool,
+}
+
+impl Places {
+    /// Of beds that stand alone.
+    pub(super) fn of(beds: usize) -> Self {
+        Self { beds, second: false, in_pairs: false }
+    }
+
+    /// The place of a bed's file, below the folder of the scene's result.
+    fn file(&self, bed: usize, file: &str) -> String {
+        let bed = bed + 1;
+        match (self.second, self.in_pairs || self.beds > 1) {
+            (true, _) => format!("packings/{bed}-touching/{file}"),
+            (false, true) => format!("packings/{bed}/{file}"),
+            (false, false) => file.to_owned(),
+        }
+    }
+}
+
 impl Run<'_> {
     /// The beds that Blender drops, as placed geometry with the scene's materials and view.
     pub(super) fn drop(
@@ -20,10 +47,12 @@ impl Run<'_> {
         prepared: &Prepared,
         packing: &Packing,
         library: Option<&OwnGrains>,
+        places: &Places,
     ) -> Result<Vec<Bed>, Error> {
         // A recipe may have the name of the settled bed.
-        self.folder.keeps_inputs(&[&self.of_packing(0, "scene.json")])?;
-        let step = self.folder.begin("drop");
+        self.folder.keeps_inputs(&[&places.file(0, "scene.json")])?;
+        let stage = if places.second { "touch" } else { "drop" };
+        let step = self.folder.begin(stage);
         let monitor = self.folder.monitor;
         let limit = Duration::from_secs(self.options.blender_timeout_s);
         let blender =
@@ -39,15 +68,13 @@ impl Run<'_> {
         ] {
             self.folder.record.versions.insert(name.into(), version);
         }
-        let packings = 0..self.packings;
-        let seeds: Vec<u64> = packings.map(|i| random::seed_of(packing.seed, i)).collect();
-        // Files for other programs, of a single bed only.
+        let seeds = (0..places.beds).map(|i| random::seed_of(packing.seed, i));
+        let seeds: Vec<u64> = seeds.collect();
+        // Files for other programs, of the bed that is shown.
         let mut extra = Vec::new();
-        if self.packings == 1 {
+        if !places.second {
             extra.extend(["scene.glb", "scene.blend", "frames.json"]);
-        }
-        if self.options.patch_obj {
-            extra.push("patch.obj");
+            extra.extend(self.options.patch_obj.then_some("patch.obj"));
         }
         let order = Order {
             blender: &blender,
@@ -62,10 +89,10 @@ impl Run<'_> {
         let made = order.beds(self.cache, &log, &step)?;
         let mut beds = Vec::new();
         for (i, made) in made.iter().enumerate() {
-            beds.push(self.bring_bed(i, made, prepared, packing)?);
+            beds.push(self.bring_bed(i, made, prepared, packing, places)?);
         }
         let cached = made.iter().all(|made| made.cached);
-        self.folder.end("drop", step, "Blender", cached);
+        self.folder.end(stage, step, "Blender", cached);
         Ok(beds)
     }
 
@@ -76,34 +103,36 @@ impl Run<'_> {
         made: &Made,
         prepared: &Prepared,
         recipe: &Packing,
+        places: &Places,
     ) -> Result<Bed, Error> {
         let scene = &prepared.scene;
         for file in made.files.iter().filter(|file| *file != "scene.json") {
-            self.folder.copy(&made.folder.join(file), &self.of_packing(packing, file))?;
+            self.folder.copy(&made.folder.join(file), &places.file(packing, file))?;
         }
         let placed = Scene::read(&made.folder.join("scene.json"))?;
         let seed = random::seed_of(scene.seed, packing);
         // The file that is written has the changes in it.
         let mut placed =
             Scene { geometry: placed.geometry, seed, changes: Vec::new(), ..scene.clone() };
-        if let SceneGeometry::Placed(Placed { domain, origin, .. }) = &mut placed.geometry {
+        if let SceneGeometry::Placed(Placed { domain, origin, drop, .. }) = &mut placed.geometry {
             *origin = recipe.origin();
+            *drop = places.in_pairs.then(|| random::seed_of(recipe.seed, packing));
             if let (Some(particles), Some(domain)) = (self.options.field, domain) {
                 domain.sides = Sides::Field { particles, seed: packing as u64 };
             }
         }
-        self.bring_files(packing, &mut placed)?;
-        let name = self.of_packing(packing, "scene.json");
+        let below = places.file(packing, "");
+        self.bring_files(&below, &mut placed)?;
+        let name = format!("{below}scene.json");
         let text = serde_json::to_string_pretty(&placed).expect("plain data");
         self.folder.write(&name, text + "\n")?;
         placed.file = self.folder.place(&name);
-        Ok(Bed { prepared: prepared.with(placed), sources: None, tracer: None })
+        Ok(Bed { prepared: prepared.with(placed), below, sources: None, tracer: None })
     }
 
     /// Copies the files that a scene names beside the placed scene, so that it can stand alone.
-    fn bring_files(&mut self, packing: usize, scene: &mut Scene) -> Result<(), Error> {
+    fn bring_files(&mut self, below: &str, scene: &mut Scene) -> Result<(), Error> {
         let folder = scene.folder().to_owned();
-        let below = self.of_packing(packing, "");
         for file in scene.files_mut() {
             for from in spectrum::format::files(&folder.join(&file.path)) {
                 self.folder.copy(&from, &format!("{below}{}", file.copy_name(&from)))?;

@@ -16,12 +16,12 @@ use sha2::{Digest, Sha256};
 
 use crate::beds::own_grains::{self, OwnGrains};
 use crate::geometry::ingest::Sources;
+use crate::pipeline::bring::Places;
 use crate::pipeline::folder::Folder;
 use crate::pipeline::page::Told;
 use crate::pipeline::record::Record;
 use crate::scene::shipped::{self, COVERAGES};
 use crate::scene::{Scene, SceneGeometry};
-use crate::signature::plan::PILOT;
 use crate::spectrum;
 use crate::support::cache::Cache;
 use crate::support::error::Error;
@@ -140,13 +140,13 @@ struct Run<'a> {
     options: &'a Options,
     cache: &'a Cache,
     folder: Folder<'a>,
-    /// How many packings are dropped now.
-    packings: usize,
 }
 
 /// A settled bed, as the tracer takes it.
 struct Bed {
     prepared: Prepared,
+    /// Its folder below that of the scene's result; empty, or ends with a slash.
+    below: String,
     /// The bytes of its meshes, once they are read.
     sources: Option<Sources>,
     /// Loaded when a stage needs it: a run that finds everything in the cache does not.
@@ -182,11 +182,7 @@ impl Bed {
 
 impl<'a> Run<'a> {
     fn new(options: &'a Options, cache: &'a Cache, folder: Folder<'a>) -> Self {
-        let packings = match options.packings {
-            HowMany::Number(number) => number,
-            HowMany::Planned(_) => PILOT,
-        };
-        Self { options, cache, folder, packings }
+        Self { options, cache, folder }
     }
 
     fn scene(&mut self, mut scene: Scene) -> Result<Told, Error> {
@@ -210,19 +206,20 @@ impl<'a> Run<'a> {
             SceneGeometry::Packing(packing) => {
                 let key = self.folder.key("packing");
                 self.folder.record.seeds.insert(key, packing.seed);
-                if self.options.packings == HowMany::Planned(Auto::Auto) {
-                    let (beds, tables, plan) =
-                        self.planned(&prepared, packing, library.as_ref())?;
-                    (beds, tables, Some(plan))
-                } else {
-                    let mut beds = self.drop(&prepared, packing, library.as_ref())?;
-                    let tables = self.trace(&mut beds)?;
-                    (beds, tables, None)
+                match self.options.packings {
+                    HowMany::Planned(_) => self.planned(&prepared, packing, library.as_ref())?,
+                    HowMany::Number(number) => {
+                        let places = Places::of(number);
+                        let mut beds = self.drop(&prepared, packing, library.as_ref(), &places)?;
+                        let tables = self.trace(&mut beds, false)?;
+                        (beds, tables, None)
+                    }
                 }
             }
             SceneGeometry::Placed(_) => {
+                let several = matches!(self.options.packings, HowMany::Number(n) if n > 1);
                 let options = [
-                    ("--packings", "one bed", self.options.packings != HowMany::Number(1)),
+                    ("--packings", "one bed", several),
                     ("--field", "it has its own sides", self.options.field.is_some()),
                 ];
                 if let Some((option, has, _)) = options.into_iter().find(|(.., asked)| *asked) {
@@ -232,8 +229,9 @@ impl<'a> Run<'a> {
                 for file in sources.files().keys() {
                     self.folder.reads(file)?;
                 }
-                let mut beds = vec![Bed { prepared, sources: Some(sources), tracer: None }];
-                let tables = self.trace(&mut beds)?;
+                let (below, sources) = (String::new(), Some(sources));
+                let mut beds = vec![Bed { prepared, below, sources, tracer: None }];
+                let tables = self.trace(&mut beds, false)?;
                 (beds, tables, None)
             }
         };
@@ -263,13 +261,5 @@ impl<'a> Run<'a> {
             self.folder.reads(&file)?;
         }
         Ok(library)
-    }
-
-    /// A file of one packing, by its path below the scene's folder.
-    fn of_packing(&self, packing: usize, file: &str) -> String {
-        match self.packings {
-            1 => file.to_owned(),
-            _ => format!("packings/{}/{file}", packing + 1),
-        }
     }
 }

@@ -6,11 +6,15 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::histogram::estimate;
-use crate::scene::{Change, Facets, Grid, MOST_PARTICLES};
+use crate::report::Tolerance;
+use crate::scene::{Change, Facets, Grid, MOST_PARTICLES, SceneGeometry};
 use crate::table::Target;
 
 /// Longest time limit of a Blender, seconds: some thirty years.
 pub const MOST_SECONDS: u64 = 1_000_000_000;
+
+/// The tolerance of the rays of each of many planned beds: a tight one takes many.
+const LEAST_OF_PLANNED: f64 = 0.0008;
 
 /// What is run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -43,11 +47,12 @@ pub struct Options {
     pub grains: Option<PathBuf>,
     /// A seed that replaces the scene's, of packing and rays both.
     pub seed: Option<u64>,
-    /// How many packings are dropped.
+    /// How many packings are dropped. Of a placed scene this does not count.
     pub packings: HowMany,
     /// Particles of the field that each packing is a patch of; `None` for mirror sides.
     pub field: Option<f64>,
-    /// Half-width of the 95 % interval that every band is to reach: of several packings their mean.
+    /// Half-width that every band is to reach: the total where packings are planned, else the 95 %
+    /// interval of the rays and, of several packings, of their spread.
     pub tolerance: f64,
     /// Most paths for a packing.
     pub max_paths: u64,
@@ -94,10 +99,21 @@ impl Options {
         }
     }
 
+    /// What the tolerance is asked of.
+    pub(super) fn asked(&self, geometry: &SceneGeometry) -> Tolerance {
+        match (self.packings, geometry) {
+            (HowMany::Planned(_), SceneGeometry::Packing(_)) => Tolerance::Total(self.tolerance),
+            _ => Tolerance::Interval(self.tolerance),
+        }
+    }
+
     /// The target of the trace of each of several beds. The rays of all together make at most half
-    /// of the tolerance, since the spread between beds needs the rest.
-    pub(super) fn target(&self, beds: usize) -> Target {
+    /// of the tolerance, since the spread between beds needs the rest. Of planned beds it does not
+    /// depend on their number, so that none is traced twice: rays are cheap beside a drop, and
+    /// more beds lessen their noise as well.
+    pub(super) fn target(&self, beds: usize, is_planned: bool) -> Target {
         let tolerance = match beds {
+            _ if is_planned => (self.tolerance / 3.0).max(LEAST_OF_PLANNED.min(self.tolerance)),
             1 => self.tolerance,
             n => (self.tolerance * (n as f64).sqrt() / 2.0).min(0.5),
         };

@@ -1,94 +1,107 @@
-//! A planned run: a pilot, and what it tells.
+//! A planned run: beds until the total is within the tolerance.
 
-use std::ops::Range;
-
+use super::bring::Places;
 use super::{Bed, Run};
 use crate::beds::own_grains::OwnGrains;
 use crate::report;
-use crate::scene::{Collision, Origin, Packing, SceneGeometry};
-use crate::signature;
+use crate::scene::{Collision, Drop, Origin, Packing, SceneGeometry};
 use crate::signature::budget::Budget;
-use crate::signature::plan::{LOOK, PILOT, Plan};
+use crate::signature::plan::{Beds, COST, Plan};
+use crate::signature::{self, Levels};
 use crate::support::error::Error;
-use crate::table::Prepared;
-use crate::table::Table;
+use crate::table::{Prepared, Table};
+
+/// Wall time of a round of beds, one for each thread, seconds.
+#[derive(Clone, Copy, Default)]
+struct Round {
+    drop: f64,
+    touch: f64,
+    trace: f64,
+}
 
 impl Run<'_> {
-    /// Marks the stages from there on as those of a pilot.
-    fn call_pilot(&mut self, begun: usize) {
-        for stage in &mut self.folder.record.stages[begun..] {
-            if !stage.name.starts_with("pilot ") {
-                stage.name.insert_str(0, "pilot ");
-            }
-        }
-    }
-
-    /// As many packings as the tolerance takes, dropped until their fines touch if that is needed.
-    /// Where all of them spread more than the pilot said, more are dropped.
+    /// As many beds as the tolerance takes, of which some are dropped on until their fines touch if
+    /// hulls keep them apart.
     pub(super) fn planned(
         &mut self,
         prepared: &Prepared,
         packing: &Packing,
         library: Option<&OwnGrains>,
-    ) -> Result<(Vec<Bed>, Vec<Table>, Plan), Error> {
-        let tolerance = self.options.tolerance;
-        let begun = self.folder.record.stages.len();
-        let wavelengths_um = &prepared.wavelengths_um;
-        let (mut prepared, mut packing) = (prepared.clone(), packing.clone());
-        let made = |run: &mut Self, prepared: &Prepared, packing: &Packing| {
-            let mut beds = run.drop(prepared, packing, library)?;
-            let tables = run.trace(&mut beds)?;
-            Ok::<_, Error>((beds, tables))
+    ) -> Result<(Vec<Bed>, Vec<Table>, Option<Plan>), Error> {
+        let keeps_apart = packing.origin() == Origin::DrawnApart;
+        let touch = Packing {
+            drop: Drop { collision: Collision::HullThenFines, ..packing.drop.clone() },
+            ..packing.clone()
         };
-        let mut touching = false;
-        let mut most = 0;
-        let mut looking = packing.origin() == Origin::DrawnApart;
-        if looking {
-            self.packings = LOOK;
-        }
+        let mut touching = prepared.clone();
+        touching.scene.geometry = SceneGeometry::Packing(touch.clone());
+        let (mut before, mut now) = (Beds { drops: 0, pairs: 0 }, Beds { drops: 1, pairs: 0 });
+        let mut round = Round::default();
         loop {
-            let (beds, tables) = made(self, &prepared, &packing)?;
-            let found = plan_of(&tables, wavelengths_um, tolerance)?;
-            let plan = Plan { touching: touching || found.touching, ..found };
-            if std::mem::take(&mut looking) && !plan.touching {
-                self.call_pilot(begun);
-                self.packings = PILOT;
-                continue;
+            let begun = self.folder.record.stages.len();
+            let in_pairs = now.pairs > 0;
+            let places = Places { in_pairs, ..Places::of(now.drops) };
+            let mut beds = self.drop(prepared, packing, library, &places)?;
+            if in_pairs {
+                let places = Places { beds: now.pairs, second: true, in_pairs };
+                beds.extend(self.drop(&touching, &touch, library, &places)?);
             }
-            self.folder.monitor.say(&format!("plan: {}", report::plan(&plan, tolerance)));
-            // Packings that touch have a pilot of their own.
-            if found.touching {
-                touching = true;
-                packing.drop.collision = Collision::HullThenFines;
+            let tables = self.trace(&mut beds, true)?;
+            let plan = self.plan_of(&tables, &prepared.wavelengths_um, keeps_apart)?;
+            let told = report::plan(&plan, self.options.tolerance);
+            if plan.is_done() {
+                if now.drops > 1 {
+                    self.folder.monitor.say(&format!("plan: {told}"));
+                }
+                return Ok((beds, tables, Some(plan)));
             }
-            prepared.scene.geometry = SceneGeometry::Packing(packing.clone());
-            let pilot = if found.touching { Some(PILOT) } else { plan.larger_pilot() };
-            most = most.max(self.packings);
-            if pilot.is_none() && plan.packings == self.packings {
-                self.forget_packings(self.packings..most)?;
-                return Ok((beds, tables, plan));
+            self.clock(&mut round, begun, now, before);
+            let time = report::duration(round.of(plan.next, now));
+            self.folder.monitor.say(&format!("plan: {told}, in about {time}"));
+            // Beds that are dropped again come from the cache.
+            self.folder.remove("")?;
+            for stage in &mut self.folder.record.stages[begun..] {
+                stage.name.insert_str(0, "pilot ");
             }
-            // Packings that are dropped again come from the cache.
-            self.call_pilot(begun);
-            self.packings = pilot.unwrap_or(plan.packings);
+            (before, now) = (now, plan.next);
         }
     }
 
-    /// Removes what a larger pilot of other beds left.
-    fn forget_packings(&mut self, packings: Range<usize>) -> Result<(), Error> {
-        packings.into_iter().try_for_each(|i| self.folder.remove(&self.of_packing(i, "")))
+    fn plan_of(&self, tables: &[Table], um: &[f64], keeps_apart: bool) -> Result<Plan, Error> {
+        let bands = signature::evaluate(tables, um)?;
+        let budget = Budget::new(tables, &bands)?;
+        let (levels, curves) = (Levels::of(tables), signature::curves(tables, um)?);
+        let tolerance = self.options.tolerance;
+        Ok(Plan::new(&levels, &curves, &bands, &budget, tolerance, keeps_apart))
+    }
+
+    /// Takes the times of the stages since `begun`, in which the beds beyond `before` were made.
+    fn clock(&self, round: &mut Round, begun: usize, now: Beds, before: Beds) {
+        let take = |of: &mut f64, name: &str, beds: usize| {
+            let key = self.folder.key(name);
+            let stages = &self.folder.record.stages[begun..];
+            let stage = stages.iter().find(|stage| stage.name == key && !stage.cached);
+            if let Some(stage) = stage.filter(|_| beds > 0) {
+                *of = stage.seconds / rounds(beds);
+            }
+        };
+        let [drops, pairs] = [now.drops - before.drops, now.pairs - before.pairs];
+        take(&mut round.drop, "drop", drops);
+        take(&mut round.touch, "touch", pairs);
+        take(&mut round.trace, "trace", drops + pairs);
     }
 }
 
-/// The plan by a pilot. The cells of the views replace the spread of fewer packings.
-fn plan_of(tables: &[Table], um: &[f64], tolerance: f64) -> Result<Plan, Error> {
-    let mut bands = signature::evaluate(tables, um)?;
-    let budget = Budget::new(tables, &bands)?;
-    if tables.len() < PILOT {
-        for (band, rho) in bands.iter_mut().zip(tables[0].reflectances(um)?) {
-            band.emissivity.spread = signature::spread_by_cells(tables, &rho);
-        }
+impl Round {
+    /// About how long the beds take that come next.
+    fn of(&self, next: Beds, now: Beds) -> f64 {
+        let [drops, pairs] = [next.drops - now.drops, next.pairs - now.pairs];
+        let touch = if self.touch > 0.0 { self.touch } else { COST * self.drop };
+        self.drop * rounds(drops) + touch * rounds(pairs) + self.trace * rounds(drops + pairs)
     }
-    let plan = Plan::new(tables.len().max(PILOT), &bands, &budget, tolerance);
-    Ok(Plan { pilot: tables.len(), ..plan })
+}
+
+/// As many Blenders run side by side as there are threads.
+fn rounds(beds: usize) -> f64 {
+    beds.div_ceil(rayon::current_num_threads()) as f64
 }

@@ -21,9 +21,13 @@ use crate::tracer::trace::{self, Request};
 
 impl Run<'_> {
     /// Traces every packing into a table of its own.
-    pub(super) fn trace(&mut self, beds: &mut [Bed]) -> Result<Vec<Table>, Error> {
+    pub(super) fn trace(
+        &mut self,
+        beds: &mut [Bed],
+        is_planned: bool,
+    ) -> Result<Vec<Table>, Error> {
         let step = self.folder.begin("trace");
-        let target = self.options.target(beds.len());
+        let target = self.options.target(beds.len(), is_planned);
         let (cache, grid, number) = (self.cache, &self.options.grid, beds.len());
         let monitor = self.folder.monitor;
         // Side by side, since one thread does much of reading a bed.
@@ -51,7 +55,7 @@ impl Run<'_> {
             .collect::<Result<_, Error>>()?;
         let mut tables = Vec::new();
         for (i, made) in made.iter().enumerate() {
-            let name = self.of_packing(i, "table.json");
+            let name = format!("{}table.json", beds[i].below);
             self.folder.copy(&made.folder.join("table.json"), &name)?;
             tables.push(Table::read(&self.folder.place(&name))?);
         }
@@ -70,7 +74,7 @@ impl Run<'_> {
     ) -> Result<Report, Error> {
         let step = self.folder.begin("signature");
         let um = self.options.grid.wavelengths_um();
-        let report = Report::new(tables, &um, self.options.tolerance, plan)?;
+        let report = Report::new(tables, &um, self.options.asked(&scene.geometry), plan)?;
         let bands = &report.bands;
         let temperature = tables[0].temperature();
         let csv = signature::csv_text(bands, &report.budget, temperature, Assumed::EXACT);
@@ -103,7 +107,8 @@ impl Run<'_> {
         for file in [page::PATCH, page::LIGHT] {
             self.folder.copy(&made.folder.join(file), file)?;
         }
-        if self.folder.record.outputs.contains_key(&self.folder.key("frames.json")) {
+        let frames = self.folder.key(&format!("{}frames.json", bed.below));
+        if self.folder.record.outputs.contains_key(&frames) {
             let made_from = (program(), &table.scene_sha256, "drop");
             let made = self.cache.stage("picture", &made_from, |folder| {
                 picture::small_drop(&scene, &folder.join(page::DROP), monitor)

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Reached;
 use crate::histogram::tally::Kept;
-use crate::signature::plan::Plan;
+use crate::signature::plan::{Beds, Plan};
 use crate::spectrum::FacetSource;
 use crate::table::cover::Cover;
 use crate::table::field::FieldSummary;
@@ -61,23 +61,34 @@ fn list(items: impl Iterator<Item = String>) -> String {
     items.collect::<Vec<_>>().join(", ")
 }
 
-/// The number of packings that a tolerance takes.
+/// How many beds a tolerance takes, and why.
 pub fn plan(plan: &Plan, tolerance: f64) -> String {
-    let Plan { pilot, spread, at_um, apart, touching, wanted, packings } = plan;
-    let are_apart = *apart > 0.0;
-    let kind = if *touching && !are_apart { " whose fines touch" } else { "" };
-    let mut parts =
-        vec![format!("{pilot} packings{kind} have a spread of {spread:.4} at {at_um} um")];
-    if are_apart {
-        parts.push(format!("hulls keep fines apart, an effect of up to {apart:.4}"));
-    }
-    if *touching && are_apart {
-        parts.push(format!("fines have to touch for +-{tolerance}"));
-    } else {
-        parts.push(format!("+-{tolerance} at 95 % takes {wanted}"));
-        parts.extend((packings < wanted).then(|| format!("only {packings} are dropped")));
-    }
+    let Plan { by, at_um, total, bounds, spread, spread_of_change, wanted, next } = plan;
+    let mut parts = vec![format!("{} within {total:.4} at {at_um} um", beds(by))];
+    parts.extend(spread.map(|spread| format!("they differ by {spread:.4}")));
+    parts.extend(spread_of_change.map(|of| format!("touching fines change that by {of:.4}")));
+    parts.extend((*bounds > 0.0).then(|| format!("bounds {bounds:.4}")));
+    parts.push(match wanted {
+        _ if next == by && *total <= tolerance => format!("+-{tolerance} is reached"),
+        _ if next == by && bounds >= &tolerance => {
+            format!("+-{tolerance} cannot be reached by more beds")
+        }
+        _ if next == by => format!("+-{tolerance} takes more than are dropped"),
+        Some(wanted) if wanted == next => format!("+-{tolerance} takes {}", beds(next)),
+        Some(wanted) => {
+            format!("+-{tolerance} takes some {}; next {}", beds(wanted), beds(next))
+        }
+        None => format!("+-{tolerance} takes more: next {}", beds(next)),
+    });
     parts.join("; ")
+}
+
+fn beds(of: &Beds) -> String {
+    let drops = if of.drops == 1 { "one bed".into() } else { format!("{} beds", of.drops) };
+    match of.pairs {
+        0 => drops,
+        pairs => format!("{drops}, {pairs} of them also until fines touch,"),
+    }
 }
 
 /// The budget of the band with the widest total.
@@ -94,13 +105,13 @@ fn budget(r: &Reached) -> [String; 2] {
         rim,
         part("floor", Some(share.floor)),
         part("given-up paths", Some(share.given_up)),
+        part("hulls that keep fines apart up to", share.apart),
     ];
     let unknown = match &r.spectra_unknown[..] {
         [] => String::new(),
         names => format!(" as far as known (not for {})", names.join(", ")),
     };
     let not_included = [
-        part("hulls that keep fines apart up to", share.apart),
         part("facets of grains up to", share.facets),
         part("spectra", Some(share.spectra)).map(|spectra| spectra + &unknown),
         part("interpolation between bands", Some(share.spectral_step)),

@@ -38,9 +38,10 @@ pub(super) fn line(r: &Reached, cost: Option<Cost>) -> Option<String> {
     }
     let of_beds = window.packings.unwrap_or(0.0);
     let rim = window.rim.unwrap_or(0.0);
-    let parts = [of_beds, window.rays, rim, window.floor, window.given_up];
+    let parts =
+        [of_beds, window.rays, rim, window.floor, window.given_up, window.apart.unwrap_or(0.0)];
     let (largest, half_width) =
-        parts.into_iter().enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).expect("there are five");
+        parts.into_iter().enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).expect("there are six");
     if half_width < 5e-6 {
         return None;
     }
@@ -51,7 +52,10 @@ pub(super) fn line(r: &Reached, cost: Option<Cost>) -> Option<String> {
               narrows it"
             .into(),
         3 => "the floor shows: a deeper bed, by more grains, narrows it".into(),
-        _ => "given-up paths leave most open: a smaller --tolerance follows paths further".into(),
+        4 => "given-up paths leave most open: a smaller --tolerance follows paths further".into(),
+        _ => "hulls keep fines apart: --tolerance in place of --packings drops some beds until their \
+              fines touch"
+            .into(),
     })
 }
 
@@ -103,7 +107,8 @@ fn two_digits(x: f64) -> f64 {
     (x * unit + 1e-9).floor() / unit
 }
 
-fn duration(seconds: f64) -> String {
+/// A time in words.
+pub fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 100.0 => format!("{:.0} s", s.max(1.0)),
         s if s < 6000.0 => format!("{:.0} min", s / 60.0),

@@ -15,7 +15,7 @@ pub mod warnings;
 use crate::radiometry::Assumed;
 use crate::signature::budget::Budget;
 use crate::signature::plan::Plan;
-use crate::signature::{Band, Window, curves, evaluate, not_valid_um};
+use crate::signature::{Band, Levels, Window, curves, evaluate, not_valid_um};
 use crate::spectrum::features::{Features, features};
 use crate::support::error::Error;
 use crate::support::statistics::{half_width, wanted};
@@ -25,9 +25,18 @@ use crate::table::{Table, cover};
 #[cfg(feature = "plots")]
 pub use chart::chart;
 pub use details::plan;
-pub use limit::Cost;
-pub use reached::{FeatureErrors, Reached};
+pub use limit::{Cost, duration};
+pub use reached::{FeatureErrors, Reached, ToleranceOf};
 pub use retrieval::Retrieval;
+
+/// What a tolerance is asked of: half-widths in emissivity that every band is to reach.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tolerance {
+    /// The 95 % interval of the rays and, of several beds, of their spread.
+    Interval(f64),
+    /// The total, bounds included.
+    Total(f64),
+}
 
 /// A result: its bands, their uncertainty, and the numbers for the record.
 #[derive(Debug, Clone)]
@@ -41,15 +50,14 @@ pub struct Report {
 }
 
 impl Report {
-    /// Of the tables of a recipe's packings. The tolerance is that of their mean; a plan, if there
-    /// is one, says whether it was reached.
+    /// Of the tables of a recipe's packings. The tolerance is that of their mean.
     ///
     /// # Errors
     /// A spectrum does not cover a wavelength.
     pub fn new(
         packings: &[Table],
         wavelengths_um: &[f64],
-        tolerance: f64,
+        asked: Tolerance,
         plan: Option<Plan>,
     ) -> Result<Self, Error> {
         let bands = evaluate(packings, wavelengths_um)?;
@@ -66,7 +74,16 @@ impl Report {
             .expect("there is at least one band");
         let e = widest.emissivity;
         let rays_reached = packings.iter().all(|table| table.stop.reached.tolerance);
-        let by_interval = e.half_width <= tolerance && (packings.len() > 1 || rays_reached);
+        let (tolerance, tolerance_of, half_width, at_um) = match asked {
+            Tolerance::Interval(x) => {
+                (x, ToleranceOf::Interval, e.half_width, widest.wavelength_um)
+            }
+            Tolerance::Total(x) => {
+                let share = budget.widest();
+                (x, ToleranceOf::Total, share.total, share.wavelength_um)
+            }
+        };
+        let is_reached = half_width <= tolerance && (packings.len() > 1 || rays_reached);
         let of_materials = packings[0].materials.iter();
         let seen_first = of_materials.clone().enumerate().map(|(i, material)| {
             let hits: u64 = packings.iter().map(|table| table.materials[i].first_hits).sum();
@@ -74,10 +91,10 @@ impl Report {
         });
         let reached = Reached {
             windows,
-            packings: packings.len(),
+            packings: Levels::of(packings).drops(),
             plan,
-            half_width: e.half_width,
-            widest_at_um: widest.wavelength_um,
+            half_width,
+            widest_at_um: at_um,
             spread: e.spread,
             rays_share: if e.standard_error > 0.0 {
                 (e.rays_standard_error / e.standard_error).powi(2)
@@ -87,7 +104,8 @@ impl Report {
             trapped_half_width: e.trapped,
             packings_wanted: e.spread.and_then(|spread| wanted(spread, tolerance - e.trapped)),
             tolerance,
-            tolerance_reached: by_interval,
+            tolerance_of,
+            tolerance_reached: is_reached,
             paths,
             facets: of_materials.map(|m| (m.name.clone(), m.spectrum.facets())).collect(),
             not_valid_um: not_valid_um(&bands),

@@ -25,13 +25,12 @@ pub struct Reached {
     /// Mean emissivity over windows of wavelengths, with the total uncertainty.
     #[serde(default)]
     pub windows: Vec<Window>,
-    /// Packings dropped and traced.
+    /// Packings dropped and traced; one that is there as hulls and with fines that touch counts once.
     pub packings: usize,
-    /// The number of packings that the tolerance takes by a pilot, in a planned run.
+    /// How many packings the tolerance takes, in a planned run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plan: Option<Plan>,
-    /// Widest half-width of any band: of several packings by all that they differ by, of a single
-    /// one by the noise of its rays alone.
+    /// Widest half-width of any band, of what the tolerance is asked of.
     pub half_width: f64,
     /// The band of it, um.
     pub widest_at_um: f64,
@@ -45,6 +44,9 @@ pub struct Reached {
     pub packings_wanted: Option<usize>,
     /// Half-width asked for.
     pub tolerance: f64,
+    /// What it is asked of.
+    #[serde(default)]
+    pub tolerance_of: ToleranceOf,
     /// Whether it was reached.
     pub tolerance_reached: bool,
     /// Paths traced.
@@ -91,6 +93,18 @@ pub struct Reached {
     pub features: Features,
     /// Half-widths of features by the spread between packings; `None` for a single packing.
     pub features_half_width: Option<FeatureErrors>,
+}
+
+/// What a tolerance is asked of.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub enum ToleranceOf {
+    /// The 95 % interval of the rays and, of several packings, of their spread.
+    #[default]
+    Interval,
+    /// The total, bounds included.
+    Total,
 }
 
 impl Reached {

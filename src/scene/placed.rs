@@ -27,6 +27,10 @@ pub struct Placed {
     /// Where the geometry comes from. Default: it is given.
     #[serde(default, skip_serializing_if = "Origin::is_given")]
     pub origin: Origin,
+    /// Seed of the drop, where the same drop is there as hulls and with fines that touch. Default:
+    /// it stands alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drop: Option<u64>,
 }
 
 /// Where the geometry of a bed comes from.

@@ -1,19 +1,19 @@
 //! The uncertainty of each band's emissivity, part by part, measured on the beds of the result.
 //!
-//! Rays and packings give an interval. The floor, given-up paths and the significant part of the
-//! rim are bounds, added to it. Not included: fines kept apart by hulls, the number and the spectra
-//! of facets, and interpolation between bands. No further bed makes these smaller.
+//! Rays and packings give an interval. The floor, given-up paths, hulls that keep fines apart and the
+//! significant part of the rim are bounds, added to it. Not included: the number and the spectra of
+//! facets, and interpolation between bands. No further bed makes these smaller.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::cells::{self, OfCells};
 use crate::scene::Origin;
-use crate::signature::{self, Band};
+use crate::signature::{self, Band, Levels};
 use crate::spectrum::Spectrum;
 use crate::support::csv::{Csv, decimals};
 use crate::support::error::Error;
-use crate::support::statistics::{T_95, quantile_95};
+use crate::support::statistics::T_95;
 use crate::table::{Table, TableMaterial};
 
 /// The uncertainty of one band's emissivity. Every number is a half-width in emissivity: of a 95 %
@@ -24,21 +24,22 @@ use crate::table::{Table, TableMaterial};
 pub struct Share {
     /// The band, um.
     pub wavelength_um: f64,
-    /// The interval of packings and rays together, and the bounds `rim`, `floor` and `given_up`.
+    /// The interval of packings and rays together, and the bounds `rim`, `floor`, `given_up` and
+    /// `apart`.
     pub total: f64,
     /// Noise of the rays.
     pub rays: f64,
-    /// Differences between packings of the recipe: by their spread or by that between the cells of
-    /// their views, whichever is more. `None` where the geometry is given.
+    /// Differences between packings of the recipe: by their spread or, for fewer than six, by that
+    /// between the cells of their views, whichever is more. `None` where the geometry is given.
     pub packings: Option<f64>,
-    /// Difference between the inner cells and all: the part beyond one standard error.
+    /// Difference between the inner cells and all: the part beyond the 95 % interval of chance.
     pub rim: Option<f64>,
     /// Change by a black or a white floor.
     pub floor: f64,
     /// What given-up paths leave open.
     pub given_up: f64,
     /// Effect of hulls that keep fines apart: 3 % of the reflectance, not measured on these
-    /// beds. `None` where fines touch, or there are none.
+    /// beds. `None` where fines touch, or there are none, or pairs tell it.
     pub apart: Option<f64>,
     /// Effect of more or fewer facets on a grain: 2 % of the reflectance, not measured on
     /// these beds. `None` where the geometry is given.
@@ -75,7 +76,7 @@ pub(crate) const COLUMNS: [(&str, &str); 11] = [
     ("wavelength_um", "Wavelength of the band."),
     (
         "total_half_width_95",
-        "All parts up to given_up: the 95 % interval of rays and beds together, plus the bounds.",
+        "All parts up to apart: the 95 % interval of rays and beds together, plus the bounds.",
     ),
     ("rays_half_width_95", "Noise of the rays."),
     (
@@ -85,7 +86,10 @@ pub(crate) const COLUMNS: [(&str, &str); 11] = [
     ("rim", "What the outer ring of the view changes beyond chance."),
     ("floor", "What a black or a white floor would change."),
     ("given_up", "What paths given up leave open."),
-    ("apart", "What hulls that keep fines apart may change; empty where fines touch."),
+    (
+        "apart",
+        "What hulls that keep fines apart may change; empty where fines touch, or pairs tell it.",
+    ),
     (
         "facets",
         "What more or fewer facets of grains may change; empty where the geometry is given.",
@@ -130,39 +134,50 @@ impl Chance {
     }
 }
 
+impl Share {
+    /// The bounds in the total.
+    pub(super) fn bounds(&self) -> f64 {
+        self.rim.unwrap_or(0.0) + self.floor + self.given_up + self.apart.unwrap_or(0.0)
+    }
+}
+
 impl Budget {
     /// The budget of a signature.
     pub fn new(packings: &[Table], bands: &[Band]) -> Result<Self, Error> {
         let table = &packings[0];
-        let origin = Table::origin_of(packings);
+        let (origin, levels) = (Table::origin_of(packings), Levels::of(packings));
         let um: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
         let reflectances = table.reflectances(&um)?;
         let steps = steps(packings, &reflectances, &um)?;
         // Where paths were traced by the spectra, their errors cannot be told apart.
         let sources = if table.nodes.is_some() { Vec::new() } else { sources(table) };
-        let cells = (origin != Origin::Given).then(|| cells::of_tables(packings)).flatten();
+        let cells =
+            (origin != Origin::Given).then(|| cells::of_tables(packings, &levels)).flatten();
         let share = |((band, rho), step): ((&Band, &Vec<f64>), &f64)| -> Result<_, Error> {
             let e = band.emissivity;
             let rays = T_95 * e.rays_standard_error;
             let of_cells = cells.as_deref().map(|cells| OfCells::of_weights(cells, rho));
-            let by_spread = e.spread.map(|_| quantile_95(packings.len()) * e.standard_error);
-            let chance = Chance::new(rays, by_spread, of_cells.map(|cells| cells.half_width()));
+            let by_spread = e.spread.map(|_| e.interval());
+            let by_cells = of_cells.and_then(|cells| cells.half_width());
+            let chance = Chance::new(rays, by_spread, by_cells);
             let rim = of_cells.map(|of_cells| of_cells.rim);
             let by_floor = table.floor.map(|floor| floor_changes(packings, floor, rho, e.mean));
             let floor = by_floor.map_or(0.0, |[black, white]| black.abs().max(white.abs()));
+            let apart = (origin == Origin::DrawnApart).then_some(APART * (1.0 - e.mean));
             let share = Share {
                 wavelength_um: band.wavelength_um,
-                total: chance.both + rim.unwrap_or(0.0) + floor + e.trapped,
+                total: 0.0,
                 rays,
                 packings: chance.packings,
                 rim,
                 floor,
                 given_up: e.trapped,
-                apart: (origin == Origin::DrawnApart).then_some(APART * (1.0 - e.mean)),
+                apart,
                 facets: (origin != Origin::Given).then_some(FACETS * (1.0 - e.mean)),
                 spectral_step: *step,
                 spectra: spectra(packings, &sources, band.wavelength_um, rho)?,
             };
+            let share = Share { total: chance.both + share.bounds(), ..share };
             Ok((share, by_floor.map_or(0.0, |[black, white]| black - white)))
         };
         let of_bands: Vec<_> = bands.iter().zip(&reflectances).zip(&steps).collect();

@@ -2,7 +2,9 @@
 
 use crate::histogram::tally::CELLS;
 use crate::histogram::{Estimate, Histogram, Mean};
-use crate::support::statistics::quantile_95;
+use crate::signature::Levels;
+use crate::signature::levels::MANY;
+use crate::support::statistics::quantile_of;
 use crate::table::Table;
 
 const SIDE: usize = CELLS as usize;
@@ -16,7 +18,7 @@ pub(super) struct OfCells {
     beds: usize,
     /// Standard deviation of a bed's mean, from the spread between its cells.
     pub(super) spread: f64,
-    /// How much the inner cells differ from all: the part beyond one standard error.
+    /// How much the inner cells differ from all: the part beyond the 95 % interval of chance.
     pub(super) rim: f64,
 }
 
@@ -42,7 +44,7 @@ impl OfCells {
         Self {
             beds: beds.len(),
             spread: (variance / (SIDE * SIDE) as f64).sqrt(),
-            rim: (rim.mean.abs() - rim.standard_error).max(0.0),
+            rim: (rim.mean.abs() - quantile(beds.len()) * rim.standard_error).max(0.0),
         }
     }
 
@@ -52,22 +54,25 @@ impl OfCells {
         Self::new(&cells.collect::<Vec<Cells>>())
     }
 
-    /// Half-width of the 95 % interval of the mean over all cells.
-    pub(super) fn half_width(&self) -> f64 {
-        let freedom = self.beds * (SIDE * SIDE - 1);
-        quantile_95(freedom + 1) * self.spread / (self.beds as f64).sqrt()
+    /// Half-width of the 95 % interval of the mean over all cells; `None` of many beds, whose own
+    /// spread says more.
+    pub(super) fn half_width(&self) -> Option<f64> {
+        let half_width = quantile(self.beds) * self.spread / (self.beds as f64).sqrt();
+        (self.beds < MANY).then_some(half_width)
     }
 }
 
-/// The cells of each table; `None` where a target does not fill the view.
-pub(super) fn of_tables(packings: &[Table]) -> Option<Vec<&Histogram>> {
-    packings.iter().map(|table| table.cells.as_ref()).collect()
+/// Quantile for the cells of so many beds.
+fn quantile(beds: usize) -> f64 {
+    quantile_of((beds * (SIDE * SIDE - 1)) as f64)
 }
 
-/// The standard deviation between packings, estimated from the spread between the cells of a few;
-/// `None` where the target does not fill the view.
-pub fn spread_by_cells(packings: &[Table], reflectance: &[f64]) -> Option<f64> {
-    Some(OfCells::of_weights(&of_tables(packings)?, reflectance).spread)
+/// The cells of each drop; `None` where a target does not fill the view.
+pub(super) fn of_tables<'a>(
+    packings: &'a [Table],
+    levels: &'a Levels,
+) -> Option<Vec<&'a Histogram>> {
+    levels.first(packings).map(|table| table.cells.as_ref()).collect()
 }
 
 #[cfg(test)]
@@ -90,21 +95,22 @@ mod tests {
         let bed = middle(0.5, 0.25);
         let one = OfCells::new(&[bed]);
         // Student's t: 15 degrees of freedom, of three beds 45.
-        close(one.half_width(), 2.131_45 * (0.0125_f64 / 16.0).sqrt());
+        close(one.half_width().expect("one bed"), 2.131_45 * (0.0125_f64 / 16.0).sqrt());
         let by_chance = 0.75 * (0.0125_f64 / 3.0).sqrt();
-        close(one.rim, 0.1875 - by_chance);
+        close(one.rim, 0.1875 - 2.131_45 * by_chance);
 
         let three = OfCells::new(&[bed; 3]);
         close(three.spread, one.spread);
-        close(three.half_width(), 2.014_103 * (0.0125_f64 / 48.0).sqrt());
-        close(three.rim, 0.1875 - by_chance / 3.0_f64.sqrt());
+        close(three.half_width().expect("few beds"), 2.014_103 * (0.0125_f64 / 48.0).sqrt());
+        close(three.rim, 0.1875 - 2.014_103 * by_chance / 3.0_f64.sqrt());
+        assert_eq!(OfCells::new(&[bed; MANY]).half_width(), None);
     }
 
     /// The inner cells of a chequerboard have the mean of all.
     #[test]
     fn cells_that_differ_without_a_rim_have_none() {
         let board = OfCells::new(&[cells(|x, y| if (x + y) % 2 == 0 { 0.5 } else { 0.25 })]);
-        assert!(board.half_width() > 0.06, "{}", board.half_width());
+        assert!(board.half_width().expect("one bed") > 0.06);
         assert_eq!(board.rim, 0.0);
         // Rims of opposite sign cancel.
         assert_eq!(OfCells::new(&[middle(0.5, 0.25), middle(0.25, 0.5)]).rim, 0.0);

@@ -4,8 +4,8 @@
 //! the windows of a result.
 
 use super::budget::Budget;
-use super::window::{Total, weights_of_cells};
-use super::{curves, evaluate};
+use super::window::{Beds, Total, weights_of_cells};
+use super::{Levels, curves, evaluate};
 use crate::radiometry::{brightness_temperature_k, planck, planck_derivative};
 use crate::spectrum::bands::{Band, Bands};
 use crate::spectrum::resample::Response;
@@ -91,7 +91,9 @@ fn seen(packings: &[Table], bands: &Bands) -> Result<Vec<Seen>, Error> {
     let nodes = evaluate(packings, um)?;
     let budget = Budget::new(packings, &nodes)?;
     let curves = curves(packings, um)?;
-    let cells = weights_of_cells(packings, &packings[0].reflectances(um)?);
+    let levels = Levels::of(packings);
+    let cells = weights_of_cells(packings, &levels, &packings[0].reflectances(um)?);
+    let beds = Beds { levels: &levels, curves: &curves, cells: cells.as_deref() };
     // Only of one temperature and under an isotropic sky the error of the emissivity tells that of
     // the radiance.
     let is_linear = packings[0].eq_2_not_exact().is_empty();
@@ -103,8 +105,7 @@ fn seen(packings: &[Table], bands: &Bands) -> Result<Vec<Seen>, Error> {
             let mean = |values: &dyn Fn(usize) -> f64| Some(over(factor, values));
             let widths =
                 |values: &dyn Fn(usize) -> f64| Some(over(&|node| factor(node).abs(), values));
-            Total::of([&mean, &widths], &curves, cells.as_deref(), &budget.bands)
-                .expect("all nodes are there")
+            Total::of([&mean, &widths], beds, &budget.bands).expect("all nodes are there")
         };
         let emissivity = total(&|_| 1.0);
         let l_mean = over(&|_| 1.0, &|node| nodes[node].l_sensor().mean);

@@ -4,6 +4,7 @@ pub mod budget;
 mod cells;
 pub(crate) mod csv;
 pub mod in_bands;
+pub mod levels;
 #[cfg(feature = "netcdf")]
 pub mod netcdf;
 pub mod plan;
@@ -16,8 +17,8 @@ use crate::radiometry::{self, Assumed, Lit, Measured, Retrieved, Temperature};
 use crate::support::error::Error;
 use crate::table::Table;
 
-pub use cells::spread_by_cells;
 pub use csv::csv_text;
+pub use levels::Levels;
 pub use window::Window;
 
 /// One band of a signature. Radiance is in W m-2 sr-1 um-1.
@@ -44,7 +45,8 @@ pub struct Band {
     pub path: Option<(f64, f64)>,
 }
 
-/// Evaluates the tables of a recipe's packings with the spectra and temperatures of the first.
+/// Evaluates the tables of a recipe's packings with the spectra and temperatures of the first. Where
+/// the same drops are there as hulls and with fines that touch, the mean is of both [`Levels`].
 ///
 /// # Errors
 /// A spectrum does not cover a wavelength.
@@ -52,8 +54,8 @@ pub struct Band {
 /// # Panics
 /// Without a table.
 pub fn evaluate(packings: &[Table], wavelengths_um: &[f64]) -> Result<Vec<Band>, Error> {
-    let lit = packings[0].lit(wavelengths_um)?;
-    Ok(lit.par_iter().map(|lit| band(packings, lit)).collect())
+    let (lit, levels) = (packings[0].lit(wavelengths_um)?, Levels::of(packings));
+    Ok(lit.par_iter().map(|lit| band(packings, &levels, lit)).collect())
 }
 
 /// The emissivity for one reflectance of each symbol of the tables.
@@ -62,7 +64,7 @@ pub fn emissivity(packings: &[Table], reflectance: &[f64]) -> Estimate {
         let weight = packing.weight(reflectance);
         Mean { mean: 1.0 - weight.mean, ..weight }
     };
-    Estimate::of(&packings.iter().map(of).collect::<Vec<_>>())
+    Levels::of(packings).estimate(&packings.iter().map(of).collect::<Vec<_>>())
 }
 
 /// The emissivity of each table alone in each band.
@@ -74,10 +76,10 @@ pub fn curves(packings: &[Table], wavelengths_um: &[f64]) -> Result<Vec<Vec<f64>
     Ok(packings.par_iter().map(of).collect())
 }
 
-fn band(packings: &[Table], lit: &Lit) -> Band {
+fn band(packings: &[Table], levels: &Levels, lit: &Lit) -> Band {
     let seen: Vec<(Mean, Radiance)> = packings.iter().map(|p| lit.seen(&p.histogram)).collect();
     let of = |part: fn(&(Mean, Radiance)) -> Mean| {
-        Estimate::of(&seen.iter().map(part).collect::<Vec<_>>())
+        levels.estimate(&seen.iter().map(part).collect::<Vec<_>>())
     };
     Band {
         wavelength_um: lit.wavelength_um,

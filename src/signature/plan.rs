@@ -1,168 +1,157 @@
-//! How a tolerance is reached at the least cost: the number of packings, and whether they are
-//! dropped as hulls or until their fines touch.
-//!
-//! Hulls are cheap, but they keep dust apart. That effect has to fit into the tolerance beside the
-//! spread of the packings. If it leaves too little room, fines have to touch.
+//! How a tolerance is reached at the least cost: the number of beds, and how many of them are
+//! dropped on until their fines touch.
 
 use serde::{Deserialize, Serialize};
 
+use super::levels::{MANY, Parts};
 use crate::histogram::estimate::MOST;
-use crate::signature::Band;
-use crate::signature::budget::{Budget, Share};
-use crate::support::statistics::quantile_95;
+use crate::signature::budget::Budget;
+use crate::signature::{Band, Levels};
 
-/// Packings of a pilot. Their spread tells how many the tolerance takes.
-pub const PILOT: usize = 6;
+/// Beds of a pilot. Their spread tells how many the tolerance takes.
+pub const PILOT: usize = MANY;
 
-/// Packings dropped before a pilot where hulls may keep fines apart. They tell whether the fines of
-/// the pilot have to touch; only they are lost then.
-pub const LOOK: usize = 2;
+/// Pairs of a pilot where hulls keep fines apart.
+const PILOT_PAIRS: usize = 3;
 
-/// Most packings of a larger pilot, which follows if the first wants more than twice its own
-/// number. Student's t makes the mean take half as many again by the spread of six packings as by
-/// that of 24.
-const LARGER_PILOT: usize = 24;
+/// The cost of dropping a bed on until its fines touch, in beds dropped as hulls, with their traces
+/// (docs: stages). Fixed, so that a plan does not depend on the machine.
+pub const COST: f64 = 2.0;
 
-/// The cost of a bed whose fines touch, in beds dropped as hulls, with the start of Blender and the
-/// trace (docs: performance). Fixed, so that a plan does not depend on the machine.
-const COST: f64 = 2.5;
+/// Beds at which a plan ends whose bounds leave no room: more beds would not help.
+const NO_ROOM: usize = 4 * PILOT;
 
-/// The number of packings that a tolerance takes.
+/// Numbers of beds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Beds {
+    /// Drops.
+    pub drops: usize,
+    /// How many of them are there as hulls and with fines that touch.
+    pub pairs: usize,
+}
+
+/// What beds tell of how many a tolerance takes. Half-widths and spreads are those of emissivity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Plan {
-    /// Packings that told it. They are part of the result.
-    pub pilot: usize,
-    /// Standard deviation between them, in the band that takes the most packings.
-    pub spread: f64,
-    /// Where that is, um.
+    /// The beds that told it. They are part of the result.
+    pub by: Beds,
+    /// The band whose total is widest, um.
     pub at_um: f64,
-    /// Effect there of hulls that keep fines apart; 0 where nothing keeps them apart.
-    pub apart: f64,
-    /// Whether packings are dropped until their fines touch, though the recipe has hulls.
-    pub touching: bool,
-    /// Packings that the tolerance takes.
-    pub wanted: usize,
-    /// Packings that are dropped: at most [`MOST`].
-    pub packings: usize,
+    /// Its total, of these beds.
+    pub total: f64,
+    /// The part of it that no further bed makes smaller.
+    pub bounds: f64,
+    /// Standard deviation between drops there; `None` of a single one.
+    pub spread: Option<f64>,
+    /// Standard deviation there of what touching fines change; `None` without pairs.
+    pub spread_of_change: Option<f64>,
+    /// The beds that the tolerance takes, by what is known. `None` where the bounds leave no room.
+    pub wanted: Option<Beds>,
+    /// The beds that come next; the same as before where the plan ends.
+    pub next: Beds,
 }
 
 impl Plan {
-    /// A plan from this many packings and their budget. It is preliminary where fines have to
-    /// touch: packings that touch have a pilot of their own.
+    /// The plan by beds of which each table has its emissivity in each band.
     ///
-    /// Stein's two stages (Ann. Math. Statist. 16, 243 (1945)): with the quantile of the pilot's
-    /// own degrees of freedom the mean is within the tolerance at 95 %, however its spread came
-    /// out. All packings then make a plan anew: the result ends when their own interval is within
-    /// the tolerance.
-    pub fn new(pilot: usize, bands: &[Band], budget: &Budget, tolerance: f64) -> Self {
-        let takes = |apart: &dyn Fn(&Share) -> f64| {
-            let most = bands
-                .iter()
-                .zip(&budget.bands)
-                .map(|(band, share)| {
-                    let bounds = share.floor + share.given_up + apart(share);
-                    let room = (tolerance - bounds).max(0.0);
-                    let spread = band.emissivity.spread.unwrap_or(0.0);
-                    let packings = (quantile_95(pilot) * spread / room).powi(2);
-                    // No spread and no room.
-                    (if packings.is_nan() { f64::INFINITY } else { packings }, band, share)
-                })
-                .max_by(|a, b| a.0.total_cmp(&b.0));
-            most.expect("a pilot has bands")
+    /// Stein's two stages (Ann. Math. Statist. 16, 243 (1945)), repeated: with the quantile of their
+    /// own degrees of freedom some beds tell how many are wanted. All beds then make a plan anew,
+    /// until their own total is within the tolerance. No step more than doubles the beds, since
+    /// the quantile of a few makes them want too many.
+    pub fn new(
+        levels: &Levels,
+        curves: &[Vec<f64>],
+        bands: &[Band],
+        budget: &Budget,
+        tolerance: f64,
+        keeps_apart: bool,
+    ) -> Self {
+        let by = Beds { drops: levels.drops(), pairs: levels.pairs() };
+        let widest = budget.widest();
+        let is_widest = |band: &Band| band.wavelength_um == widest.wavelength_um;
+        let at = bands.iter().position(is_widest).expect("it is one of the bands");
+        let of_band =
+            |band: usize| -> Vec<f64> { curves.iter().map(|curve| curve[band]).collect() };
+        let there = levels.parts(&of_band(at));
+        let has_spread = by.drops > 1;
+        let plan = Self {
+            by,
+            at_um: widest.wavelength_um,
+            total: widest.total,
+            bounds: widest.bounds(),
+            spread: has_spread.then(|| there.first.sqrt()),
+            spread_of_change: (by.pairs > 1).then(|| there.of_change()),
+            wanted: Some(by),
+            next: by,
         };
-        let whole = |packings: f64| (packings.ceil().min(1e9) as usize).max(pilot);
-        let as_they_are = takes(&|share| share.apart.unwrap_or(0.0));
-        let touching = takes(&|_| 0.0);
-        let keeps_apart = budget.bands.iter().any(|share| share.apart.is_some());
-        let cost = COST * whole(touching.0) as f64;
-        let touches = keeps_apart && cost < whole(as_they_are.0) as f64;
-        let (packings, band, share) = if touches { touching } else { as_they_are };
-        let wanted = whole(packings);
-        Self {
-            pilot,
-            spread: band.emissivity.spread.unwrap_or(0.0),
-            at_um: band.wavelength_um,
-            apart: share.apart.unwrap_or(0.0),
-            touching: touches,
-            wanted,
-            packings: wanted.min(MOST),
+        if widest.total <= tolerance {
+            return plan;
         }
+        if by.drops < PILOT {
+            let next = Beds { drops: PILOT, pairs: if keeps_apart { PILOT_PAIRS } else { 0 } };
+            return Self { wanted: None, next, ..plan };
+        }
+        let bands: Vec<(Parts, f64)> = budget
+            .bands
+            .iter()
+            .enumerate()
+            .map(|(band, share)| (levels.parts(&of_band(band)), tolerance - share.bounds()))
+            .collect();
+        let wanted = wanted(by, &bands);
+        let twice = |now: usize, wanted: usize| wanted.clamp(now, 2 * now).min(MOST);
+        let next = match wanted {
+            Some(wanted) => {
+                let next = Beds {
+                    drops: twice(by.drops, wanted.drops),
+                    pairs: twice(by.pairs, wanted.pairs),
+                };
+                // The quantile or the rounding of the plan was a little too good.
+                let more = Beds { drops: (by.drops + by.drops.div_ceil(8)).min(MOST), ..by };
+                if next == by { more } else { next }
+            }
+            None if by.drops < NO_ROOM => Beds { drops: 2 * by.drops, pairs: 2 * by.pairs },
+            None => by,
+        };
+        Self { wanted, next, ..plan }
     }
 
-    /// Packings of the larger pilot, if one is needed before all are dropped.
-    pub fn larger_pilot(&self) -> Option<usize> {
-        (self.pilot == PILOT && self.wanted > 2 * PILOT).then(|| self.wanted.min(LARGER_PILOT))
+    /// Whether no further beds come.
+    pub fn is_done(&self) -> bool {
+        self.next == self.by
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::histogram::{Estimate, Mean};
-    use crate::support::random::{Purpose, Source};
-
-    fn mean(mean: f64) -> Mean {
-        Mean { mean, standard_error: 0.0, trapped: 0.0 }
-    }
-
-    fn plan(packings: &[Mean], apart: Option<f64>, tolerance: f64) -> Plan {
-        let bands = [Band { emissivity: Estimate::of(packings), ..Band::default() }];
-        let share = Share { apart, ..Share::default() };
-        let budget = Budget { bands: vec![share], spectra_unknown: Vec::new(), floor_effect: None };
-        Plan::new(packings.len(), &bands, &budget, tolerance)
-    }
-
-    /// Pilots and results of normally distributed packings.
-    #[test]
-    fn a_planned_mean_is_within_the_tolerance_as_often_as_promised() {
-        let mut random = Source::new(11, Purpose::Packing).stream(0);
-        let mut normal = || {
-            let [u, v] = random.pair();
-            (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos()
-        };
-        let (mut held, runs) = (0, 4000);
-        for _ in 0..runs {
-            let mut packings: Vec<Mean> = Vec::new();
-            let mut drop = |packings: &mut Vec<Mean>, n: usize| {
-                while packings.len() < n {
-                    packings.push(mean(0.0066 * normal()));
-                }
-            };
-            drop(&mut packings, PILOT);
-            let mut planned = plan(&packings, None, 0.002);
-            if let Some(pilot) = planned.larger_pilot() {
-                drop(&mut packings, pilot);
-                planned = plan(&packings, None, 0.002);
-            }
-            assert_eq!(planned.larger_pilot(), None);
-            while planned.packings > packings.len() {
-                drop(&mut packings, planned.packings);
-                planned = plan(&packings, None, 0.002);
-            }
-            let estimate = Estimate::of(&packings);
-            assert!(estimate.half_width <= 0.002);
-            held += u32::from(estimate.mean.abs() <= 0.002);
+/// The cheapest numbers of beds by which every band has its room; `None` where there is none.
+fn wanted(by: Beds, bands: &[(Parts, f64)]) -> Option<Beds> {
+    // The variance that each band may have.
+    let most: Vec<(&Parts, f64)> = bands
+        .iter()
+        .map(|(parts, room)| (*room > 0.0).then(|| (parts, (room / parts.quantile).powi(2))))
+        .collect::<Option<_>>()?;
+    let fits = |drops: f64, pairs: f64| {
+        most.iter().all(|(parts, most)| parts.variance(drops, pairs) <= *most)
+    };
+    let drops_for = |pairs: usize| -> Option<usize> {
+        let fits = |drops: usize| fits(drops as f64, pairs as f64);
+        let least = by.drops.max(pairs);
+        let most = (0..20).map(|power| least << power).find(|&drops| fits(drops))?;
+        let (mut too_few, mut enough) = (least.saturating_sub(1), most);
+        while enough - too_few > 1 {
+            let middle = usize::midpoint(too_few, enough);
+            if fits(middle) { enough = middle } else { too_few = middle }
         }
-        let share = f64::from(held) / f64::from(runs);
-        // The 95 % interval of 4000 trials is +-0.7 %. A small spread of the first pilot may spare
-        // the larger one, which costs up to a per cent; rounding to whole packings gains some.
-        assert!((0.933..0.97).contains(&share), "{share}");
-    }
-
-    #[test]
-    fn fines_touch_where_the_effect_of_hulls_leaves_too_little_room() {
-        let pilot = [0.1, 0.102, 0.099, 0.101, 0.1, 0.098].map(mean);
-        let of = |tolerance| plan(&pilot, Some(0.006), tolerance);
-        let loose = of(0.02);
-        assert_eq!((loose.touching, loose.packings), (false, PILOT));
-        // A spread of .0014 in room of .001 takes eleven hulls: less than the cost of 6 that touch.
-        let narrow = of(0.0071);
-        assert!(!narrow.touching && narrow.packings > PILOT, "{narrow:?}");
-        let none = of(0.006);
-        assert_eq!((none.touching, none.packings), (true, PILOT));
-        // Without fines there is nothing to touch.
-        assert!(!plan(&pilot, None, 0.0001).touching);
-    }
+        Some(enough)
+    };
+    let cost = |beds: &Beds| beds.drops as f64 + COST * beds.pairs as f64;
+    // Numbers of pairs some eighth apart.
+    let further = |pairs: &usize| Some(pairs + (pairs / 8).max(1));
+    let pairs = std::iter::successors(Some(by.pairs), further).take_while(|&pairs| pairs <= MOST);
+    let pairs = pairs.take(if by.pairs == 0 { 1 } else { usize::MAX });
+    pairs
+        .filter_map(|pairs| Some(Beds { drops: drops_for(pairs)?, pairs }))
+        .min_by(|a, b| cost(a).total_cmp(&cost(b)))
 }

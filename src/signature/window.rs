@@ -11,8 +11,9 @@ use serde::{Deserialize, Serialize};
 use super::Band;
 use super::budget::{Budget, Chance, Share};
 use super::cells::{self, Cells, OfCells};
-use crate::histogram::{Estimate, Histogram, Mean};
+use crate::histogram::{Histogram, Mean};
 use crate::scene::Origin;
+use crate::signature::Levels;
 use crate::spectrum::features::{RESTSTRAHLEN_WINDOW_UM, TRANSPARENCY_WINDOW_UM, window_mean};
 use crate::support::error::Error;
 use crate::support::math;
@@ -31,7 +32,8 @@ pub struct Window {
     pub to_um: f64,
     /// Mean emissivity.
     pub emissivity: f64,
-    /// The interval of packings and rays together, and the bounds `rim`, `floor` and `given_up`.
+    /// The interval of packings and rays together, and the bounds `rim`, `floor`, `given_up` and
+    /// `apart`.
     pub half_width_95: f64,
     /// Noise of the rays.
     pub rays: f64,
@@ -39,12 +41,15 @@ pub struct Window {
     pub packings: Option<f64>,
     /// Standard deviation between packings, without the noise of the rays.
     pub packings_spread: Option<f64>,
-    /// Difference between the inner cells and all: the part beyond one standard error.
+    /// Difference between the inner cells and all: the part beyond the 95 % interval of chance.
     pub rim: Option<f64>,
     /// Change by a black or a white floor.
     pub floor: f64,
     /// What given-up paths leave open.
     pub given_up: f64,
+    /// What hulls that keep fines apart may change; `None` where fines touch, or pairs tell it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub apart: Option<f64>,
 }
 
 impl Window {
@@ -53,9 +58,11 @@ impl Window {
         let um: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
         let rho = packings[0].reflectances(&um)?;
         let curves = super::curves(packings, &um)?;
-        let cells = weights_of_cells(packings, &rho);
+        let levels = Levels::of(packings);
+        let cells = weights_of_cells(packings, &levels, &rho);
         let whole = um[0]..=um[um.len() - 1];
-        let of = |window| Self::over(window, &um, &curves, cells.as_deref(), &budget.bands);
+        let beds = Beds { levels: &levels, curves: &curves, cells: cells.as_deref() };
+        let of = |window| Self::over(window, &um, beds, &budget.bands);
         let found: Vec<Self> =
             [RESTSTRAHLEN_WINDOW_UM, TRANSPARENCY_WINDOW_UM].into_iter().filter_map(of).collect();
         Ok(if found.is_empty() { of(whole).into_iter().collect() } else { found })
@@ -66,8 +73,7 @@ impl Window {
     fn over(
         window_um: RangeInclusive<f64>,
         um: &[f64],
-        curves: &[Vec<f64>],
-        cells: Option<&[Vec<Cells>]>,
+        beds: Beds,
         shares: &[Share],
     ) -> Option<Self> {
         let whole = um[0]..=um[um.len() - 1];
@@ -77,7 +83,7 @@ impl Window {
             let plain = || values.iter().sum::<f64>() / values.len() as f64;
             window_mean(um, &values, &window_um).or_else(|| (window_um == whole).then(plain))
         };
-        let total = Total::of([&mean, &mean], curves, cells, shares)?;
+        let total = Total::of([&mean, &mean], beds, shares)?;
         Some(Self {
             from_um: *window_um.start(),
             to_um: *window_um.end(),
@@ -89,6 +95,7 @@ impl Window {
             rim: total.rim,
             floor: total.floor,
             given_up: total.given_up,
+            apart: total.apart,
         })
     }
 
@@ -101,14 +108,19 @@ impl Window {
 
     /// The half-width with other half-widths of packings and rays, and the same bounds.
     pub fn with(&self, packings: f64, rays: f64) -> f64 {
-        math::hypot(packings, rays) + self.rim.unwrap_or(0.0) + self.floor + self.given_up
+        let bounds = [self.rim, Some(self.floor), Some(self.given_up), self.apart];
+        math::hypot(packings, rays) + bounds.into_iter().flatten().sum::<f64>()
     }
 }
 
-/// The weight of each cell of each bed in each band; `None` where cells do not tell how beds differ.
-pub(super) fn weights_of_cells(packings: &[Table], rho: &[Vec<f64>]) -> Option<Vec<Vec<Cells>>> {
+/// The weight of each cell of each drop in each band; `None` where cells do not tell how beds differ.
+pub(super) fn weights_of_cells(
+    packings: &[Table],
+    levels: &Levels,
+    rho: &[Vec<f64>],
+) -> Option<Vec<Vec<Cells>>> {
     let beds = (Table::origin_of(packings) != Origin::Given)
-        .then(|| cells::of_tables(packings))
+        .then(|| cells::of_tables(packings, levels))
         .flatten()?;
     let of_bed = |cells: &&Histogram| rho.iter().map(|rho| cells.weight_of_groups(rho)).collect();
     Some(beds.par_iter().map(of_bed).collect())
@@ -116,6 +128,16 @@ pub(super) fn weights_of_cells(packings: &[Table], rho: &[Vec<f64>]) -> Option<V
 
 /// A mean over bands, of values by the number of the band; `None` where bands are missing.
 pub(super) type OverBands<'a> = &'a dyn Fn(&dyn Fn(usize) -> f64) -> Option<f64>;
+
+/// What is known of each bed in each band.
+#[derive(Clone, Copy)]
+pub(super) struct Beds<'a> {
+    pub(super) levels: &'a Levels,
+    /// The emissivity of each table.
+    pub(super) curves: &'a [Vec<f64>],
+    /// The weight of the cells of each drop.
+    pub(super) cells: Option<&'a [Vec<Cells>]>,
+}
 
 /// A mean of the emissivity over bands and the parts of its uncertainty.
 #[derive(Debug, Clone, Copy)]
@@ -128,6 +150,7 @@ pub(super) struct Total {
     rim: Option<f64>,
     floor: f64,
     given_up: f64,
+    apart: Option<f64>,
 }
 
 impl Total {
@@ -135,19 +158,23 @@ impl Total {
     /// mean is that of half-widths: its weights are those of the first without their signs.
     pub(super) fn of(
         [mean, mean_of_widths]: [OverBands; 2],
-        curves: &[Vec<f64>],
-        cells: Option<&[Vec<Cells>]>,
+        Beds { levels, curves, cells }: Beds,
         shares: &[Share],
     ) -> Option<Self> {
         let rays = mean_of_widths(&|band| shares[band].rays)?;
         let floor = mean_of_widths(&|band| shares[band].floor)?;
         let given_up = mean_of_widths(&|band| shares[band].given_up)?;
-        let n = curves.len();
-        let of_rays = rays / T_95 * (n as f64).sqrt();
+        let apart = match shares[0].apart {
+            Some(_) => Some(mean_of_widths(&|band| shares[band].apart.unwrap_or(0.0))?),
+            None => None,
+        };
+        // The noise of each bed's rays, all alike.
+        let squares: f64 = levels.weights().iter().map(|weight| weight * weight).sum();
+        let of_rays = rays / T_95 / squares.sqrt();
         let of_bed = |curve: &Vec<f64>| {
             Some(Mean { mean: mean(&|band| curve[band])?, standard_error: of_rays, trapped: 0.0 })
         };
-        let beds = Estimate::of(&curves.iter().map(of_bed).collect::<Option<Vec<_>>>()?);
+        let beds = levels.estimate(&curves.iter().map(of_bed).collect::<Option<Vec<_>>>()?);
         let of_cells = |bed: &Vec<Cells>| {
             let mut means = Cells::default();
             for (cell, of_cell) in means.iter_mut().enumerate() {
@@ -157,24 +184,25 @@ impl Total {
         };
         let cells: Option<Vec<Cells>> = cells.and_then(|beds| beds.iter().map(of_cells).collect());
         let cells = cells.map(|cells| OfCells::new(&cells));
-        let by_spread = beds.spread.map(|_| quantile_95(n) * beds.standard_error);
-        let by_cells = cells.map(|cells| cells.half_width());
+        let by_spread = beds.spread.map(|_| beds.interval());
+        let by_cells = cells.and_then(|cells| cells.half_width());
         let chance = Chance::new(rays, by_spread, by_cells);
-        let spread = if by_spread >= by_cells {
-            beds.spread.map(|_| beds.standard_error * (n as f64).sqrt())
-        } else {
-            cells.map(|cells| cells.spread)
-        };
+        let spread =
+            if by_spread >= by_cells { beds.spread } else { cells.map(|cells| cells.spread) };
         let rim = cells.map(|cells| cells.rim);
+        let of_rays = rays / T_95 * (levels.drops() as f64).sqrt();
+        let without_rays = |sd: f64| (sd * sd - of_rays * of_rays).max(0.0).sqrt();
+        let bounds = rim.unwrap_or(0.0) + floor + given_up + apart.unwrap_or(0.0);
         Some(Self {
             mean: beds.mean,
-            half_width_95: chance.both + rim.unwrap_or(0.0) + floor + given_up,
+            half_width_95: chance.both + bounds,
             rays,
             packings: chance.packings,
-            packings_spread: spread.map(|sd| (sd * sd - of_rays * of_rays).max(0.0).sqrt()),
+            packings_spread: spread.map(without_rays),
             rim,
             floor,
             given_up,
+            apart,
         })
     }
 }
@@ -191,7 +219,8 @@ mod tests {
     }
 
     fn over(curves: &[Vec<f64>], cells: Option<&[Vec<Cells>]>, rays: f64) -> Window {
-        Window::over(8.0..=10.0, &UM, curves, cells, &shares(rays)).expect("it is covered")
+        let beds = Beds { levels: &Levels::of_one_kind(curves.len()), curves, cells };
+        Window::over(8.0..=10.0, &UM, beds, &shares(rays)).expect("it is covered")
     }
 
     fn close(a: f64, b: f64) {

@@ -11,15 +11,16 @@ pub(crate) const SHARES_ROUNDING: f64 = 1e-6;
 /// Quantile of Student's t, two-sided 95 %, with one degree of freedom less than packings. For one
 /// packing it is [`T_95`].
 pub fn quantile_95(packings: usize) -> f64 {
-    if packings < 2 { T_95 } else { quantile_of(packings - 1) }
+    if packings < 2 { T_95 } else { quantile_of((packings - 1) as f64) }
 }
 
-/// Quantile of Student's t, two-sided 95 %, with so many degrees of freedom.
+/// Quantile of Student's t, two-sided 95 %, with so many degrees of freedom, which need not be
+/// whole.
 ///
 /// # Panics
 /// Without a degree of freedom.
-pub fn quantile_of(freedom: usize) -> f64 {
-    let t = StudentsT::new(0.0, 1.0, freedom as f64).expect("at least one degree of freedom");
+pub fn quantile_of(freedom: f64) -> f64 {
+    let t = StudentsT::new(0.0, 1.0, freedom).expect("degrees of freedom are above 0");
     // Beyond these digits it depends on the processor's instruction set (`support::math`).
     (t.inverse_cdf(0.975) * 1e9).round() / 1e9
 }

@@ -9,7 +9,7 @@ use super::{FORMAT, Table, TableMaterial};
 use crate::histogram::Histogram;
 use crate::histogram::tally::CELLS;
 use crate::radiometry::{Atmosphere, SkyTable};
-use crate::scene::Sky;
+use crate::scene::{Origin, Sky};
 use crate::support::error::Failure;
 use crate::support::file_error::FileError;
 use crate::support::output::{self, OutputError};
@@ -182,6 +182,9 @@ impl Table {
             };
             return Err(TableError::Packings(FileError::wrong(&paths[i], problem)));
         }
+        if let Some((i, problem)) = unpaired(&tables) {
+            return Err(TableError::Packings(FileError::wrong(&paths[i], problem)));
+        }
         Ok(tables)
     }
 
@@ -201,4 +204,22 @@ impl Table {
         text += "\n}\n";
         output::bytes(path, text.as_bytes())
     }
+}
+
+/// A table that does not go with the others: hulls and fines that touch go together in pairs.
+fn unpaired(tables: &[Table]) -> Option<(usize, &'static str)> {
+    let of = |origin| tables.iter().enumerate().filter(move |(_, t)| t.origin == origin);
+    let (_, _) = (of(Origin::DrawnApart).next()?, of(Origin::Drawn).next()?);
+    let is_pair = |touching: &Table| {
+        touching.drop.is_some() && of(Origin::DrawnApart).any(|(_, t)| t.drop == touching.drop)
+    };
+    let (alone, _) = of(Origin::Drawn).find(|(_, t)| !is_pair(t)).or_else(|| {
+        let few = of(Origin::Drawn).count() < 2;
+        of(Origin::Drawn).next().filter(|_| few)
+    })?;
+    Some((
+        alone,
+        "its fines touch, those of other beds do not: give the beds of hulls of the same drops \
+         too, of two drops or more, or leave out one of both kinds",
+    ))
 }

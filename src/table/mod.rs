@@ -72,6 +72,9 @@ pub struct Table {
     /// Where the geometry comes from.
     #[serde(default, skip_serializing_if = "Origin::is_given")]
     pub origin: Origin,
+    /// Seed of the drop, where other tables may be of the same drop.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drop: Option<u64>,
     /// The wavelengths at which paths were traced apart, if facets are refractive.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nodes: Option<Nodes>,
@@ -145,13 +148,15 @@ impl Table {
         self.cells = Histogram::by_cell(tally);
     }
 
-    /// Where the geometry of several beds comes from. Beds that differ are draws.
+    /// Where the geometry of several beds comes from. Beds that differ are draws; where fines of
+    /// some touch, these tell what hulls change.
     ///
     /// # Panics
     /// Without a table.
     pub fn origin_of(beds: &[Self]) -> Origin {
         match beds[0].origin {
             Origin::Given if beds.len() > 1 => Origin::Drawn,
+            _ if beds.iter().any(|bed| bed.origin == Origin::Drawn) => Origin::Drawn,
             origin => origin,
         }
     }

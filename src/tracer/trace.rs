@@ -40,9 +40,9 @@ pub(crate) fn untraced(tracer: &Tracer, prepared: &Prepared, stop: Stop) -> Resu
     for (material, chord) in materials.iter_mut().zip(tracer.bed().mean_chords_um()) {
         material.mean_chord_um = chord;
     }
-    let origin = match &scene.geometry {
-        SceneGeometry::Placed(placed) => placed.origin,
-        SceneGeometry::Packing(_) => Origin::Given,
+    let (origin, drop) = match &scene.geometry {
+        SceneGeometry::Placed(placed) => (placed.origin, placed.drop),
+        SceneGeometry::Packing(_) => (Origin::Given, None),
     };
     let longest_um = stop.asked.grid.range_um().1;
     Ok(Table {
@@ -63,6 +63,7 @@ pub(crate) fn untraced(tracer: &Tracer, prepared: &Prepared, stop: Stop) -> Resu
         stop,
         floor: floor_alone(tracer),
         origin,
+        drop,
         field: FieldSummary::of(tracer.bed()),
         numbers: [0, 0],
         paths: 0,

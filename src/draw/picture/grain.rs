@@ -44,6 +44,7 @@ pub fn grain(
         instances: None,
         domain: None,
         origin: Origin::Given,
+        drop: None,
     };
     let alone = Scene { geometry: SceneGeometry::Placed(placed), ..scene.clone() };
     let bed = ingest::load(&alone)?;

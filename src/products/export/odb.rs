@@ -237,6 +237,7 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
             instances: Some(instances),
             domain: None,
             origin: Origin::Given,
+            drop: None,
         }),
     };
     Ok((scene, left_out))

@@ -10,6 +10,7 @@ use serde_json::{Number, Value};
 use super::{Run, answer, details_of, limit_of, notes_of, terminal, typeset, warnings_of};
 use crate::report::Reached;
 use crate::scene::{Inverted, Sky, SpectrumSource};
+use crate::signature::Levels;
 use crate::signature::budget::Share;
 use crate::spectrum::{self, Spectrum};
 use crate::table::Table;
@@ -55,6 +56,8 @@ struct Parts {
     rim: Option<Vec<f64>>,
     floor: Vec<f64>,
     given_up: Vec<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    apart: Option<Vec<f64>>,
 }
 
 #[derive(Serialize)]
@@ -161,6 +164,7 @@ impl RunData {
                 rim: optional(|share| share.rim),
                 floor: part(|share| share.floor),
                 given_up: part(|share| share.given_up),
+                apart: optional(|share| share.apart),
             },
             not_included: not_included(r),
             l_target: decimals(bands.iter().map(|band| band.l_target.mean)),
@@ -213,7 +217,6 @@ fn not_included(r: &Reached) -> BTreeMap<&'static str, String> {
     let share = &r.budget;
     let up_to = |part: f64| format!("up to {part:.4}");
     let mut parts = BTreeMap::new();
-    parts.extend(share.apart.map(|part| ("hulls that keep fines apart", up_to(part))));
     parts.extend(share.facets.map(|part| ("number of facets of grains", up_to(part))));
     let unknown = match &r.spectra_unknown[..] {
         [] => String::new(),
@@ -255,8 +258,8 @@ impl TableData {
         let total = |table: &Table| table.histogram.met().iter().sum::<f64>();
         let all = total(first);
         let (mut escaped, mut given_up) = (Sums::new(), Sums::new());
-        for table in tables {
-            let weight = all / total(table) / tables.len() as f64;
+        for (table, weight) in tables.iter().zip(Levels::of(tables).weights()) {
+            let weight = all / total(table) * weight;
             let parts = |of: &[(u16, i64)]| weight * of.iter().map(|(_, n)| *n as f64).sum::<f64>();
             for (state, of) in &table.histogram.escaped {
                 *escaped.entry(hits(kept.split(state).0)).or_default() += parts(of);

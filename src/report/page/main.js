@@ -200,7 +200,8 @@ function compared(run, file) {
 function budgetOf(run) {
   const { um, parts } = run;
   const names = { beds: 'differences between beds', rays: 'rays', rim: 'rim of the view',
-    floor: 'floor', given_up: 'paths given up' };
+    floor: 'floor', given_up: 'paths given up',
+    apart: 'hulls that keep fines apart' };
   const shares = { ...parts };
   // Rays and beds add as squares: each has its part of their sum.
   const chance = um.map((_, i) => Math.hypot(parts.rays[i], parts.beds?.[i] ?? 0));

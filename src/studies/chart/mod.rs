@@ -145,7 +145,7 @@ impl Setting {
     /// Half-width of the 95 % interval of a single run in the worst band. The error is a root mean
     /// square about the reference, so there are as many degrees of freedom as runs.
     pub fn half_width_95(&self) -> f64 {
-        quantile_of(self.repeats) * self.worst
+        quantile_of(self.repeats as f64) * self.worst
     }
 }
 

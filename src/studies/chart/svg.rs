@@ -38,7 +38,7 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
     levels.retain(|level| known.insert(level.clone()));
     let floor = trade.reference.worst_floor();
     let fewest = trade.settings.iter().map(|s| s.repeats).min().ok_or(PlotError::Empty)?;
-    let target = tolerance / quantile_of(fewest);
+    let target = tolerance / quantile_of(fewest as f64);
     let beside = levels.iter().any(|(_, elsewhere)| *elsewhere);
     let caption = [
         format!(
