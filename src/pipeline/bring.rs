@@ -1,57 +1,64 @@
 //! Beds from Blender, copied to their places with the files that their scenes name.
 
+use std::ops::Range;
 use std::time::Duration;
 
 use super::{Bed, Run};
-use crate::beds::Order;
 use crate::beds::own_grains::OwnGrains;
+use crate::beds::{HULLS, Order};
 use crate::blender;
-use crate::scene::{Packing, Placed, Scene, SceneGeometry, Sides};
+use crate::scene::{Origin, Packing, Placed, Scene, SceneGeometry, Sides};
 use crate::spectrum;
 use crate::support::cache::Made;
 use crate::support::error::Error;
 use crate::support::random;
 use crate::table::Prepared;
 
-/// Where the beds of a recipe go.
-pub(super) struct Places {
-    /// How many there are.
-    pub(super) beds: usize,
-    /// Whether these are second beds of the same drops, whose fines touch.
-    pub(super) second: bool,
-    /// Whether drops have such second beds.
-    pub(super) in_pairs: bool,
+/// Some of the beds of a recipe, by number, and how they are kept.
+#[derive(Clone)]
+pub(super) struct Wanted {
+    pub(super) beds: Range<usize>,
+    pub(super) kept: Kept,
 }
 
-impl Places {
-    /// Of beds that stand alone.
+/// How the beds of a result are kept.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kept {
+    /// One bed, in the folder of the result.
+    One,
+    /// Several beds, each in a folder of its own.
+    Several,
+    /// Several, of which some are there as hulls and with fines that touch: these are hulls alone.
+    Hulls,
+    /// The same: these are both, from one drop.
+    Pairs,
+}
+
+impl Wanted {
+    /// This number of beds.
     pub(super) fn of(beds: usize) -> Self {
-        Self { beds, second: false, in_pairs: false }
+        Self { beds: 0..beds, kept: if beds == 1 { Kept::One } else { Kept::Several } }
     }
 
-    /// The place of a bed's file, below the folder of the scene's result.
-    fn file(&self, bed: usize, file: &str) -> String {
-        let bed = bed + 1;
-        match (self.second, self.in_pairs || self.beds > 1) {
-            (true, _) => format!("packings/{bed}-touching/{file}"),
-            (false, true) => format!("packings/{bed}/{file}"),
-            (false, false) => file.to_owned(),
-        }
+    /// The folder of a bed below that of the scene's result.
+    fn below(&self, bed: usize) -> String {
+        if self.kept == Kept::One { String::new() } else { format!("packings/{}/", bed + 1) }
     }
 }
 
 impl Run<'_> {
-    /// The beds that Blender drops, as placed geometry with the scene's materials and view.
+    /// The beds that Blender drops, as placed geometry with the scene's materials and view. Of
+    /// pairs the beds whose fines touch come first.
     pub(super) fn drop(
         &mut self,
         prepared: &Prepared,
         packing: &Packing,
         library: Option<&OwnGrains>,
-        places: &Places,
+        wanted: &Wanted,
     ) -> Result<Vec<Bed>, Error> {
         // A recipe may have the name of the settled bed.
-        self.folder.keeps_inputs(&[&places.file(0, "scene.json")])?;
-        let stage = if places.second { "touch" } else { "drop" };
+        self.folder.keeps_inputs(&[&format!("{}scene.json", wanted.below(0))])?;
+        let stage = if wanted.kept == Kept::Pairs { "touch" } else { "drop" };
         let step = self.folder.begin(stage);
         let monitor = self.folder.monitor;
         let limit = Duration::from_secs(self.options.blender_timeout_s);
@@ -68,11 +75,11 @@ impl Run<'_> {
         ] {
             self.folder.record.versions.insert(name.into(), version);
         }
-        let seeds = (0..places.beds).map(|i| random::seed_of(packing.seed, i));
+        let seeds = wanted.beds.clone().map(|i| random::seed_of(packing.seed, i));
         let seeds: Vec<u64> = seeds.collect();
         // Files for other programs, of the bed that is shown.
         let mut extra = Vec::new();
-        if !places.second {
+        if wanted.beds.start == 0 {
             extra.extend(["scene.glb", "scene.blend", "frames.json"]);
             extra.extend(self.options.patch_obj.then_some("patch.obj"));
         }
@@ -87,46 +94,76 @@ impl Run<'_> {
         };
         let log = |number: usize| self.folder.running_log(number);
         let made = order.beds(self.cache, &log, &step)?;
-        let mut beds = Vec::new();
-        for (i, made) in made.iter().enumerate() {
-            beds.push(self.bring_bed(i, made, prepared, packing, places)?);
+        let (mut beds, mut hulls) = (Vec::new(), Vec::new());
+        for (number, made) in wanted.beds.clone().zip(&made) {
+            let below = wanted.below(number);
+            let mut bring = |below: &str, file: &str, origin: Origin| {
+                let scene = Scene::read(&made.folder.join(file))?;
+                let drop = random::seed_of(packing.seed, number);
+                let drop = [Kept::Hulls, Kept::Pairs].contains(&wanted.kept).then_some(drop);
+                self.bring_bed(number, below, scene, prepared, (origin, drop))
+            };
+            match wanted.kept {
+                Kept::Pairs => {
+                    let touching = format!("packings/{}-touching/", number + 1);
+                    beds.push(bring(&touching, "scene.json", Origin::Drawn)?);
+                    hulls.push(bring(&below, HULLS, Origin::DrawnApart)?);
+                    self.bring_files_of(made, &touching, |_| true)?;
+                    self.bring_files_of(made, &below, |file| file.starts_with("prototypes."))?;
+                }
+                _ => {
+                    beds.push(bring(&below, "scene.json", packing.origin())?);
+                    self.bring_files_of(made, &below, |_| true)?;
+                }
+            }
         }
+        beds.extend(hulls);
         let cached = made.iter().all(|made| made.cached);
         self.folder.end(stage, step, "Blender", cached);
         Ok(beds)
     }
 
-    /// Copies a settled bed to its place and gives its scene the spectra, the view and a seed.
+    /// Copies the files of a drop beside its scene.
+    fn bring_files_of(
+        &mut self,
+        made: &Made,
+        below: &str,
+        which: impl Fn(&str) -> bool,
+    ) -> Result<(), Error> {
+        for file in made.files.iter().filter(|file| !["scene.json", HULLS].contains(&&***file)) {
+            if which(file) {
+                self.folder.copy(&made.folder.join(file), &format!("{below}{file}"))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Gives the scene of a settled bed the spectra, the view and a seed, and writes it to its place.
     fn bring_bed(
         &mut self,
-        packing: usize,
-        made: &Made,
+        number: usize,
+        below: &str,
+        placed: Scene,
         prepared: &Prepared,
-        recipe: &Packing,
-        places: &Places,
+        (of, dropped): (Origin, Option<u64>),
     ) -> Result<Bed, Error> {
         let scene = &prepared.scene;
-        for file in made.files.iter().filter(|file| *file != "scene.json") {
-            self.folder.copy(&made.folder.join(file), &places.file(packing, file))?;
-        }
-        let placed = Scene::read(&made.folder.join("scene.json"))?;
-        let seed = random::seed_of(scene.seed, packing);
+        let seed = random::seed_of(scene.seed, number);
         // The file that is written has the changes in it.
         let mut placed =
             Scene { geometry: placed.geometry, seed, changes: Vec::new(), ..scene.clone() };
         if let SceneGeometry::Placed(Placed { domain, origin, drop, .. }) = &mut placed.geometry {
-            *origin = recipe.origin();
-            *drop = places.in_pairs.then(|| random::seed_of(recipe.seed, packing));
+            (*origin, *drop) = (of, dropped);
             if let (Some(particles), Some(domain)) = (self.options.field, domain) {
-                domain.sides = Sides::Field { particles, seed: packing as u64 };
+                domain.sides = Sides::Field { particles, seed: number as u64 };
             }
         }
-        let below = places.file(packing, "");
-        self.bring_files(&below, &mut placed)?;
+        self.bring_files(below, &mut placed)?;
         let name = format!("{below}scene.json");
         let text = serde_json::to_string_pretty(&placed).expect("plain data");
         self.folder.write(&name, text + "\n")?;
         placed.file = self.folder.place(&name);
+        let below = below.to_owned();
         Ok(Bed { prepared: prepared.with(placed), below, sources: None, tracer: None })
     }
 

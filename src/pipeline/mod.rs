@@ -16,7 +16,7 @@ use sha2::{Digest, Sha256};
 
 use crate::beds::own_grains::{self, OwnGrains};
 use crate::geometry::ingest::Sources;
-use crate::pipeline::bring::Places;
+use crate::pipeline::bring::Wanted;
 use crate::pipeline::folder::Folder;
 use crate::pipeline::page::Told;
 use crate::pipeline::record::Record;
@@ -209,8 +209,8 @@ impl<'a> Run<'a> {
                 match self.options.packings {
                     HowMany::Planned(_) => self.planned(&prepared, packing, library.as_ref())?,
                     HowMany::Number(number) => {
-                        let places = Places::of(number);
-                        let mut beds = self.drop(&prepared, packing, library.as_ref(), &places)?;
+                        let wanted = Wanted::of(number);
+                        let mut beds = self.drop(&prepared, packing, library.as_ref(), &wanted)?;
                         let tables = self.trace(&mut beds, false)?;
                         (beds, tables, None)
                     }

@@ -1,6 +1,6 @@
 //! A planned run: beds until the total is within the tolerance.
 
-use super::bring::Places;
+use super::bring::{Kept, Wanted};
 use super::{Bed, Run};
 use crate::beds::own_grains::OwnGrains;
 use crate::report;
@@ -39,12 +39,15 @@ impl Run<'_> {
         let mut round = Round::default();
         loop {
             let begun = self.folder.record.stages.len();
-            let in_pairs = now.pairs > 0;
-            let places = Places { in_pairs, ..Places::of(now.drops) };
-            let mut beds = self.drop(prepared, packing, library, &places)?;
-            if in_pairs {
-                let places = Places { beds: now.pairs, second: true, in_pairs };
-                beds.extend(self.drop(&touching, &touch, library, &places)?);
+            let mut beds = Vec::new();
+            let mut hulls = Wanted::of(now.drops);
+            if now.pairs > 0 {
+                let pairs = Wanted { beds: 0..now.pairs, kept: Kept::Pairs };
+                beds.extend(self.drop(&touching, &touch, library, &pairs)?);
+                hulls = Wanted { beds: now.pairs..now.drops, kept: Kept::Hulls };
+            }
+            if !hulls.beds.is_empty() {
+                beds.extend(self.drop(prepared, packing, library, &hulls)?);
             }
             let tables = self.trace(&mut beds, true)?;
             let plan = self.plan_of(&tables, &prepared.wavelengths_um, keeps_apart)?;
@@ -86,7 +89,8 @@ impl Run<'_> {
             }
         };
         let [drops, pairs] = [now.drops - before.drops, now.pairs - before.pairs];
-        take(&mut round.drop, "drop", drops);
+        // Pairs are dropped as hulls as well.
+        take(&mut round.drop, "drop", if now.pairs == 0 { drops } else { drops - pairs });
         take(&mut round.touch, "touch", pairs);
         take(&mut round.trace, "trace", drops + pairs);
     }
@@ -96,8 +100,9 @@ impl Round {
     /// About how long the beds take that come next.
     fn of(&self, next: Beds, now: Beds) -> f64 {
         let [drops, pairs] = [next.drops - now.drops, next.pairs - now.pairs];
-        let touch = if self.touch > 0.0 { self.touch } else { COST * self.drop };
-        self.drop * rounds(drops) + touch * rounds(pairs) + self.trace * rounds(drops + pairs)
+        let touch = if self.touch > 0.0 { self.touch } else { (1.0 + COST) * self.drop };
+        let hulls = drops.saturating_sub(pairs);
+        self.drop * rounds(hulls) + touch * rounds(pairs) + self.trace * rounds(drops + pairs)
     }
 }
 
