@@ -83,9 +83,9 @@ packings: setup ## measure the spread between packings and the effect of the tra
 	python3 scripts/packings.py target/release/soilsig scenes/sparse.json 24 6000
 
 # docs/measurements/tolerances.md
-tolerances: setup ## measure the time and the error of planned runs (takes 90 minutes)
+tolerances: setup ## measure the time and the error of runs within a tolerance (half an hour)
 	cargo build --release
-	python3 scripts/tolerances.py target/release/soilsig scenes/sparse.json out/tolerances .02 .01 .005 .002 .001
+	python3 scripts/tolerances.py target/release/soilsig scenes/sparse.json out/tolerances 5 .01 .005 .002 .001
 
 # docs/measurements/budgets.md
 budgets: setup ## count how often the error budget holds, on random recipes

@@ -77,7 +77,7 @@ fn main() {
         [("sparse", 30, "4"), ("sparse", 60, "9"), ("full", 60, "20"), ("sparse", 250, "60")]
     {
         let scene = of_grains(folder, coverage, grains);
-        let args = ["pipeline", "--scene", &scene, "--no-cache", "--tolerance", "0.3", "--json"];
+        let args = ["pipeline", "--scene", &scene, "--no-cache", "--packings", "1", "--json"];
         let runs = (0..RUNS).map(|_| stage_seconds(&recorded(folder, &args).1, "drop")).collect();
         row(&format!("{coverage}, {grains} grains, from the start to the export"), runs, asked);
     }

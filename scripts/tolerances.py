@@ -1,15 +1,17 @@
-"""Measures the time and the error of planned runs of a scene; the finest run is the reference.
+"""Measures the time and the error of runs within a tolerance, beside one bed from nothing.
 
-python3 scripts/tolerances.py PATH-OF-SOILSIG SCENE OUT TOLERANCE...
+python3 scripts/tolerances.py PATH-OF-SOILSIG SCENE OUT SEEDS TOLERANCE...
 
-Prints the table of docs/measurements/tolerances.md. Every run starts with an empty cache. The error
-is the largest of all bands. The finest run is judged by its own interval.
+Prints the table of docs/measurements/tolerances.md: medians over seeds 1 to SEEDS. Every run starts
+with an empty cache. Times are also given as ratios to that of one bed in the same seed. The
+reference of a seed is the mean of the finest runs of all other seeds, whose beds are others.
 """
 
 import csv
 import json
 import pathlib
 import resource
+import statistics
 import subprocess
 import sys
 import time
@@ -20,68 +22,72 @@ def cpu_seconds():
     return usage.ru_utime + usage.ru_stime
 
 
-def planned(soilsig, scene, out, tolerance):
-    command = [soilsig, "pipeline", "--scene", scene, "--packings", "auto", "--no-cache"]
-    command += ["--tolerance", str(tolerance), "--out", out, "--json"]
+def run(soilsig, scene, out, seed, tolerance=None):
+    command = [soilsig, "pipeline", "--scene", scene, "--no-cache", "--seed", str(seed)]
+    command += ["--out", out, "--json"]
+    command += [] if tolerance is None else ["--tolerance", str(tolerance)]
     wall, cpu = time.monotonic(), cpu_seconds()
-    run = subprocess.run(command, stdout=subprocess.PIPE)
+    ended = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     wall, cpu = time.monotonic() - wall, cpu_seconds() - cpu
-    if run.returncode not in (0, 4):
-        sys.exit(f"{' '.join(map(str, command))} failed with status {run.returncode}")
-    record = json.loads(run.stdout)
+    if ended.returncode not in (0, 4):
+        sys.exit(f"{' '.join(map(str, command))} failed with status {ended.returncode}")
+    (reached,) = json.loads(ended.stdout)["reached"].values()
     with open(out / "signature.csv") as file:
         bands = list(csv.DictReader(file))
-    # Work of the pilots that is no part of the result: beds whose fines were kept apart.
-    (reached,) = record["reached"].values()
-    spent = sum(stage["seconds"] for stage in record["stages"] if not stage["cached"])
-    stages, plan = record["stages"], reached["plan"]
-    lost = stages[:2] if plan["touching"] else []
     return {
-        "tolerance": tolerance,
-        "emissivity": [float(band["emissivity"]) for band in bands],
-        "um": [band["wavelength_um"] for band in bands],
         "wall": wall,
         "cpu": cpu,
-        "lost": sum(stage["seconds"] for stage in lost) / spent,
-        "reached": reached,
+        "plan": reached["plan"]["by"] if tolerance else {"drops": 1, "pairs": 0},
+        "total": reached["budget"]["total"],
+        "emissivity": [float(band["emissivity"]) for band in bands],
+        "totals": [float(band["emissivity_total_half_width_95"]) for band in bands],
     }
 
 
-def row(run, finest):
-    reached, plan = run["reached"], run["reached"]["plan"]
-    errors = [abs(a - b) for a, b in zip(run["emissivity"], finest["emissivity"])]
-    worst = max(range(len(errors)), key=errors.__getitem__)
+def row(name, runs, ones, references):
+    def median(of):
+        return statistics.median(map(of, range(len(runs))))
+
+    def number(key):
+        return median(lambda i: runs[i]["plan"][key])
+
+    held = []
+    for one, reference in zip(runs, references):
+        bands = zip(one["emissivity"], reference or [], one["totals"])
+        held += [abs(e - r) <= total for e, r, total in bands]
     return [
-        f"{run['tolerance']:g}",
-        str(plan["packings"]) + (", fines touch" if plan["touching"] else ""),
-        f"{run['wall']:.0f}",
-        f"{run['cpu']:.0f}",
-        f"{100 * run['lost']:.0f} %",
-        f"{reached['half_width']:.4f}",
-        "-" if run is finest else f"{errors[worst]:.4f} at {run['um'][worst]} um",
+        name,
+        f"{number('drops'):.0f}",
+        f"{number('pairs'):.0f}",
+        f"{median(lambda i: runs[i]['wall']):.1f}",
+        f"{median(lambda i: runs[i]['wall'] / ones[i]['wall']):.1f}",
+        f"{median(lambda i: runs[i]['cpu']):.0f}",
+        f"{max(one['total'] for one in runs):.4f}",
+        f"{sum(held) / len(held):.2f}" if held else "",
     ]
 
 
-def main(soilsig, scene, out, tolerances):
+def main(soilsig, scene, out, seeds, tolerances):
     out = pathlib.Path(out)
-    runs = [planned(soilsig, scene, out / t, float(t)) for t in tolerances]
-    finest = min(runs, key=lambda run: run["tolerance"])
-    heads = [
-        "tolerance",
-        "packings",
-        "wall, s",
-        "CPU, s",
-        "planning",
-        "half-width reached",
-        "off the finest by up to",
-    ]
-    print("| " + " | ".join(heads) + " |")
-    print("|" + "---|" * len(heads))
-    for run in runs:
-        print("| " + " | ".join(row(run, finest)) + " |")
+    seeds = range(1, int(seeds) + 1)
+    one = [run(soilsig, scene, out / f"one{seed}", seed) for seed in seeds]
+    runs = {
+        t: [run(soilsig, scene, out / f"{t}-{seed}", seed, float(t)) for seed in seeds]
+        for t in tolerances
+    }
+    finest = [each["emissivity"] for each in runs[min(tolerances, key=float)]]
+    references = []
+    for i in range(len(finest)):
+        others = finest[:i] + finest[i + 1 :]
+        references.append([statistics.fmean(band) for band in zip(*others)])
+    heads = ["tolerance", "beds", "pairs", "wall s", "times one bed", "CPU s"]
+    print(",".join([*heads, "widest total of any seed", "bands within their total"]))
+    print(",".join(row("one bed", one, one, references)))
+    for tolerance, of in runs.items():
+        print(",".join(row(tolerance, of, one, references)))
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 5:
+    if len(sys.argv) < 6:
         sys.exit(__doc__)
-    main(*sys.argv[1:4], sys.argv[4:])
+    main(*sys.argv[1:5], sys.argv[5:])

@@ -4,7 +4,7 @@ use crate::support::random::GROUPS;
 use crate::support::statistics::{T_95, quantile_95};
 
 /// A mean over paths and its errors.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Mean {
     /// The mean. The unknown rest of paths given up counts with the middle of its range.
     pub mean: f64,

@@ -87,7 +87,7 @@ fn beds(of: &Beds) -> String {
     let drops = if of.drops == 1 { "one bed".into() } else { format!("{} beds", of.drops) };
     match of.pairs {
         0 => drops,
-        pairs => format!("{drops}, {pairs} of them also until fines touch,"),
+        pairs => format!("{drops} ({pairs} also until fines touch)"),
     }
 }
 

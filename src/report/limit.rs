@@ -168,8 +168,9 @@ mod tests {
         let loose = reached(|r| r["tolerance"] = 0.017.into());
         assert!(line(&loose, None).expect("a line").contains("pipeline --packings 4 gives"));
         let planned = reached(|r| {
-            r["plan"] = json!({"pilot": 6, "spread": 0.0099, "at_um": 9, "apart": 0,
-                               "touching": false, "wanted": 6, "packings": 6});
+            let beds = json!({"drops": 6, "pairs": 0});
+            r["plan"] = json!({"by": beds, "at_um": 9, "total": 0.02, "bounds": 0, "spread": 0.0099,
+                               "spread_of_change": null, "wanted": beds, "next": beds});
         });
         assert!(line(&planned, None).expect("a line").contains("--tolerance plans more"));
     }

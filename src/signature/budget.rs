@@ -29,7 +29,7 @@ pub struct Share {
     pub total: f64,
     /// Noise of the rays.
     pub rays: f64,
-    /// Differences between packings of the recipe: by their spread or, for fewer than six, by that
+    /// Differences between packings of the recipe: by their spread or, for fewer than five, by that
     /// between the cells of their views, whichever is more. `None` where the geometry is given.
     pub packings: Option<f64>,
     /// Difference between the inner cells and all: the part beyond the 95 % interval of chance.

@@ -19,7 +19,7 @@ use crate::table::Table;
 
 /// Beds from which on their spread alone tells how they differ. Of fewer it may be small by luck,
 /// and the cells of their views count as well.
-pub(super) const MANY: usize = 6;
+pub(super) const MANY: usize = 5;
 
 /// Which tables are of which level, by their index.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -60,10 +60,12 @@ impl Levels {
         Self { tables: tables.len(), first, pairs }
     }
 
-    /// Of beds that are all of one kind.
+    /// Of tables of which the first are the touching ones of pairs, whose hulls follow first.
     #[cfg(test)]
-    pub(super) fn of_one_kind(beds: usize) -> Self {
-        Self { tables: beds, first: (0..beds).collect(), pairs: Vec::new() }
+    pub(super) fn of_pairs(pairs: usize, drops: usize) -> Self {
+        let first = (pairs..pairs + drops).collect();
+        let pairs_of = (0..pairs).map(|i| [pairs + i, i]).collect();
+        Self { tables: pairs + drops, first, pairs: pairs_of }
     }
 
     /// The drops.
@@ -161,4 +163,46 @@ fn covariance(a: &[f64], b: &[f64]) -> f64 {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / n;
     let (mean_a, mean_b) = (mean(a), mean(b));
     a.iter().zip(b).map(|(a, b)| (a - mean_a) * (b - mean_b)).sum::<f64>() / (n - 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn means(values: &[f64]) -> Vec<Mean> {
+        values.iter().map(|&mean| Mean { mean, ..Mean::default() }).collect()
+    }
+
+    /// Hulls .1, .2, .3, .4; the first two change by +.01 and +.03.
+    #[test]
+    fn few_pairs_carry_the_change_and_all_hulls_the_spread() {
+        let levels = Levels::of_pairs(2, 4);
+        let of = [0.11, 0.23, 0.1, 0.2, 0.3, 0.4];
+        let estimate = levels.estimate(&means(&of));
+        assert!((estimate.mean - (0.25 + 0.02)).abs() < 1e-12);
+        let weights = levels.weights();
+        assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert_eq!(weights, [0.5, 0.5, 0.25 - 0.5, 0.25 - 0.5, 0.25, 0.25]);
+        // Variances: of hulls .05 / 3, of changes .0002, both .001.
+        let variance: f64 = 0.05 / 3.0 / 4.0 + 0.0002 / 2.0 + 2.0 * 0.001 / 4.0;
+        assert!((estimate.standard_error - variance.sqrt()).abs() < 1e-12);
+        let alone = Levels::of_pairs(0, 4).estimate(&means(&of[2..]));
+        assert_eq!(alone, Estimate::of(&means(&of[2..])));
+    }
+
+    /// Where every drop is a pair, the mean and its error are those of the touching beds.
+    #[test]
+    fn pairs_alone_are_beds_that_touch() {
+        let (hulls, touching) = ([0.1, 0.2, 0.35, 0.4], [0.12, 0.19, 0.38, 0.41]);
+        let of = [touching, hulls].concat();
+        let estimate = Levels::of_pairs(4, 4).estimate(&means(&of));
+        let direct = Estimate::of(&means(&touching));
+        for (a, b) in [
+            (estimate.mean, direct.mean),
+            (estimate.standard_error, direct.standard_error),
+            (estimate.half_width, direct.half_width),
+        ] {
+            assert!((a - b).abs() < 1e-9, "{a} and {b}");
+        }
+    }
 }

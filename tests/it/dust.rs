@@ -35,7 +35,10 @@ fn pipeline(place: &Place, blender: &Path, fines: &[Value; 2], dust: &Value) -> 
     place.write("dusty.json", scene.to_string());
     let args = ["pipeline", "--scene", "dusty.json", "--out", "r", "--range", "8-9", "--json"];
     let mut command = place.soilsig_with(blender, &args);
-    command.args(["--tolerance", "0.02", "--no-cache"]).output().expect("it runs")
+    command
+        .args(["--packings", "1", "--tolerance", "0.02", "--no-cache"])
+        .output()
+        .expect("it runs")
 }
 
 fn number(value: &Value) -> f64 {

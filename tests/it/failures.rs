@@ -31,7 +31,8 @@ fn drop(blender: &Path, settings: &Value, grains: u32, tray_um: f64) -> Outcome 
     place.write("scene.json", scene.to_string());
     let args = ["pipeline", "--scene", "scene.json", "--out", "r", "--tolerance", "0.05"];
     let mut command = place.soilsig_with(blender, &args);
-    let output = command.args(["--range", "9-11", "--step", "1"]).output().expect("it runs");
+    command.args(["--packings", "1", "--range", "9-11", "--step", "1"]);
+    let output = command.output().expect("it runs");
     let text = [output.stdout, output.stderr].concat();
     let report = fs::read_to_string(place.path("r/drop.json")).ok();
     Outcome {

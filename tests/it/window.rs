@@ -109,7 +109,7 @@ fn a_grain_is_authored_in_the_window_and_goes_through_to_a_signature() {
     assert_eq!(run(&["grains", "check", "grains"]).lines().count(), 1);
     let blender = blender.to_str().expect("UTF-8");
     let args = ["pipeline", "--scene", "grains/bed.json", "--blender", blender];
-    run(&[&args[..], &["--out", "bed", "--tolerance", "0.02", "--range", "8-12"]].concat());
+    run(&[&args[..], &["--out", "bed", "--packings", "1", "--range", "8-12"]].concat());
     let curve = fs::read_to_string(at("bed/signature.csv")).expect("written");
     assert_eq!(curve.lines().count(), 402, "a heading and a row for each band");
 }
