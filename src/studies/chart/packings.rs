@@ -72,8 +72,14 @@ const LEVELS: [Level; 12] = [
     ("fewest facets of grains", 1, |packing| {
         packing.grains.iter_mut().for_each(|class| class.ribs = Some(0));
     }),
-    ("fines touch", MOST, touch),
+    (TOUCH, MOST, touch),
 ];
+
+/// The level whose beds make pairs with those as given.
+const TOUCH: &str = "fines touch";
+
+/// Drops for each pair where beds are in levels.
+const FOR_A_PAIR: usize = 4;
 
 fn touch(packing: &mut Packing) {
     packing.drop.collision = Collision::HullThenFines;
@@ -116,7 +122,12 @@ pub fn packings(
     for (level, most, change) in LEVELS {
         say(level);
         match maker.pool(&prepared, packing, beds(most), packing.seed, change) {
-            Ok(pool) => settings.extend(pool.settings(level, &bands, &reference)),
+            Ok(pool) => {
+                settings.extend(pool.settings(level, &bands, &reference));
+                if level == TOUCH {
+                    settings.extend(in_levels(&given, &pool, &bands, &reference));
+                }
+            }
             Err(error) if error.is_interruption() => return Err(error),
             // A level that cannot be dropped is left out of the chart.
             Err(error) => say(&format!("{level} is left out: {error}")),
@@ -138,13 +149,51 @@ pub fn packings(
     Ok(Trade { scene: scene.name.clone(), reference, settings })
 }
 
+/// The emissivity of each bed in each band.
+fn of_each(pool: &Pool, bands: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let of_bed = |table: &Table| bands.iter().map(|rho| 1.0 - table.weight(rho).mean).collect();
+    pool.tables.par_iter().map(of_bed).collect()
+}
+
+/// Beds as given, and of every fourth the change where its fines touch: the sum of levels of a
+/// planned run. The time is that of beds dropped apart, so it is a little too long.
+fn in_levels(
+    given: &Pool,
+    touching: &Pool,
+    bands: &[Vec<f64>],
+    reference: &Reference,
+) -> Vec<Setting> {
+    let (hulls, touch) = (of_each(given, bands), of_each(touching, bands));
+    let beds = hulls.len().min(touch.len());
+    let numbers = (1..).map(|pairs| FOR_A_PAIR << (pairs - 1));
+    let numbers = numbers.take_while(|number| beds / number >= REPEATS);
+    let of_number = |number: usize| {
+        let (n, m) = (number as f64, (number / FOR_A_PAIR) as f64);
+        let cost = |a: f64, b: f64| n * a + m * b;
+        let took = Took {
+            wall_s: cost(given.each.wall_s, touching.each.wall_s),
+            cpu_s: cost(given.each.cpu_s, touching.each.cpu_s),
+        };
+        let run = |first: usize| {
+            let of = |band: usize| {
+                let all: f64 = (first..first + number).map(|i| hulls[i][band]).sum();
+                let pairs = first..first + number / FOR_A_PAIR;
+                let change: f64 = pairs.map(|i| touch[i][band] - hulls[i][band]).sum();
+                all / n + change / m
+            };
+            Run { took, emissivity: (0..bands.len()).map(of).collect() }
+        };
+        let runs: Vec<Run> = (0..beds / number).map(|run_of| run(run_of * number)).collect();
+        let pairs = number / FOR_A_PAIR;
+        Setting::of("in levels", format!("{number} beds, {pairs} in pairs"), &runs, reference)
+    };
+    numbers.map(of_number).collect()
+}
+
 impl Pool {
     /// A setting for each number of beds in a mean: 1, 2, 4 and so on.
     fn settings(&self, level: &str, bands: &[Vec<f64>], reference: &Reference) -> Vec<Setting> {
-        let of_bed = |table: &Table| {
-            bands.iter().map(|rho| 1.0 - table.weight(rho).mean).collect::<Vec<_>>()
-        };
-        let of_each: Vec<_> = self.tables.par_iter().map(of_bed).collect();
+        let of_each = of_each(self, bands);
         let numbers = (0..).map(|power| 1 << power);
         let numbers = numbers.take_while(|number| of_each.len() / number >= REPEATS);
         let of_number = |number: usize| {
