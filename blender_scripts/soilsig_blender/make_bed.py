@@ -70,7 +70,10 @@ def _export(folder, scene, packing, prototypes, dropped, told, clock, extra):
         "prototypes.obj": lambda path: obj_files.write_prototypes(path, prototypes),
         "prototypes.mtl": lambda path: obj_files.write_materials(path, materials),
         "scene.json": lambda path: json_files.write_scene(
-            path, scene, packing, prototypes, dropped
+            path, scene, packing, prototypes, dropped.prototype_of, dropped.poses
+        ),
+        "hulls.json": lambda path: json_files.write_scene(
+            path, scene, packing, prototypes, dropped.prototype_of, dropped.hulls
         ),
         "frames.json": lambda path: json_files.write_frames(path, packing, prototypes, dropped),
         "scene.glb": lambda path: bed_in_blender().write_glb(path),
@@ -79,6 +82,8 @@ def _export(folder, scene, packing, prototypes, dropped, told, clock, extra):
             path, prototypes, dropped.prototype_of, dropped.poses
         ),
     }
+    if dropped.hulls is None:
+        del writers["hulls.json"]
     names = [name for name in writers if name not in EXTRA or name in extra]
     for done, name in enumerate(names):
         progress("export", done, len(names) + 1)

@@ -25,6 +25,10 @@ use crate::support::output::{self, OutputError};
 /// Name of a stage in the cache.
 const STAGE: &str = "drop";
 
+/// The scene where the hulls of a bed rested, beside that of a bed whose fines touch. Both are of one
+/// drop: it is the bed that hulls alone give with the same seed.
+pub const HULLS: &str = "hulls.json";
+
 /// Folder of the user's grains beside the recipe that Blender gets.
 const OWN_GRAINS: &str = "own_grains";
 

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use super::{Bed, Run};
-use crate::beds::Order;
 use crate::beds::own_grains::OwnGrains;
+use crate::beds::{HULLS, Order};
 use crate::blender;
 use crate::scene::{Packing, Placed, Scene, SceneGeometry, Sides};
 use crate::spectrum;
@@ -78,7 +78,8 @@ impl Run<'_> {
         recipe: &Packing,
     ) -> Result<Bed, Error> {
         let scene = &prepared.scene;
-        for file in made.files.iter().filter(|file| *file != "scene.json") {
+        let is_brought = |file: &&String| !["scene.json", HULLS].contains(&file.as_str());
+        for file in made.files.iter().filter(is_brought) {
             self.folder.copy(&made.folder.join(file), &self.of_packing(packing, file))?;
         }
         let placed = Scene::read(&made.folder.join("scene.json"))?;

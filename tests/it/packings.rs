@@ -3,11 +3,12 @@
 use std::fs;
 use std::path::Path;
 
-use serde_json::Value;
+use serde_json::{Value, json};
+use soilsig::beds::HULLS;
 use soilsig::support::random::seed_of;
 use soilsig::support::statistics::quantile_95;
 
-use crate::support::{Place, a_blender, real_blenders, shipped, shipped_json};
+use crate::support::{Place, a_blender, real_blenders, shipped, shipped_json, with_script};
 
 #[test]
 fn the_interval_holds_the_spread_between_packings() {
@@ -70,6 +71,41 @@ fn a_packing_is_the_same_whatever_was_dropped_before_it() {
         assert_eq!(read(&several), read(&alone));
         let geometry = |folder: &Path| place.json(folder.join("scene.json"))["geometry"].clone();
         assert_eq!(geometry(&several), geometry(&alone));
+    }
+}
+
+/// Where the hulls rested, before fines touched: the very bed that hulls alone give.
+#[test]
+fn a_bed_that_touches_comes_with_its_bed_of_hulls() {
+    let place = Place::new();
+    let mut scene = shipped_json("small.json");
+    let packing = &mut scene["geometry"]["packing"];
+    packing["drop"] = json!({
+        "substeps": 6, "iterations": 30, "max_frames": 400,
+        "scale": 6.5, "gravity": 98.1, "margin": 0.04,
+    });
+    packing["dust"] = json!({"layers": 8, "overlap": 0});
+    packing["grains"][0]["fines"] = json!(60);
+    packing["grains"].as_array_mut().expect("classes").truncate(1);
+    for (number, blender) in real_blenders().into_iter().enumerate() {
+        let drop = |collision: &str| {
+            let mut scene = scene.clone();
+            scene["geometry"]["packing"]["drop"]["collision"] = collision.into();
+            let recipe = format!("{collision}{number}.json");
+            place.write(&recipe, scene.to_string());
+            let out = place.path(format!("{collision}{number}"));
+            let mut command = with_script(&blender, "blender_scripts/drop.py");
+            command.arg("--").arg("--scene").arg(place.path(&recipe));
+            let output = command.arg("--out").arg(&out).output().expect("it runs");
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
+            out.join("1")
+        };
+        let (hulls, touching) = (drop("hull"), drop("hull_then_fines"));
+        let read = |folder: &Path, name: &str| fs::read(folder.join(name)).expect("written");
+        assert_eq!(read(&hulls, "prototypes.obj"), read(&touching, "prototypes.obj"));
+        assert_eq!(read(&hulls, "scene.json"), read(&touching, HULLS));
+        assert_ne!(read(&hulls, "scene.json"), read(&touching, "scene.json"));
+        assert!(!hulls.join(HULLS).exists());
     }
 }
 

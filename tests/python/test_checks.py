@@ -50,7 +50,7 @@ def bare(prototype):
 def dropped(*middles, settled=True):
     poses = np.tile(np.eye(4), (len(middles), 1, 1))
     poses[:, :3, 3] = middles
-    return Drop(np.zeros(len(middles), int), poses, settled, 70, 0.01, 1e-5, 900.0, [])
+    return Drop(np.zeros(len(middles), int), poses, settled, 70, 0.01, 1e-5, 900.0, [], None)
 
 
 class Checks(unittest.TestCase):

@@ -33,6 +33,7 @@ class Drop:
     mean_energy: float  # m g d
     ceiling_um: float  # start of the highest grain: none can rise above it
     history: list  # (seconds since the release, (N, 4, 4) micrometres)
+    hulls: np.ndarray | None  # poses at the rest of the hulls, before fines touched; else None
 
 
 def drop(prototypes, packing) -> Drop:
@@ -62,23 +63,29 @@ def drop(prototypes, packing) -> Drop:
     bed = (tray, height, unit_um, settings)
     fall = collision.drop_meshes if settings["collision"] == "mesh" else collision.drop_hulls
     rest = fall(prototypes, prototype_of, poses, *bed)
-    frames, history = rest.frames, rest.history
+    frames, history, hulls = rest.frames, rest.history, None
     if rest.settled and settings["collision"] == "hull_then_fines":
+        hulls = _in_um(rest.poses, unit_um)
         rest = collision.sink_into_contact(prototypes, prototype_of, rest.poses, *bed)
         frames += rest.frames
         history = history + rest.history[1:]
-    poses = rest.poses.copy()
-    poses[:, :3, 3] *= unit_um
     return Drop(
         prototype_of,
-        poses,
+        _in_um(rest.poses, unit_um),
         rest.settled,
         frames,
         rest.top_speed,
         rest.mean_energy,
         float(ceiling_um),
         _recorded(history, unit_um, settings["gravity"]),
+        hulls,
     )
+
+
+def _in_um(poses, unit_um):
+    poses = poses.copy()
+    poses[:, :3, 3] *= unit_um
+    return poses
 
 
 def _recorded(history, unit_um, gravity):
@@ -88,9 +95,7 @@ def _recorded(history, unit_um, gravity):
     chosen = np.round(np.linspace(0, 1, _RECORDED) ** 2 * last).astype(int)
     record = []
     for frame in np.unique(chosen).tolist():
-        poses = history[frame].copy()
-        poses[:, :3, 3] *= unit_um
-        record.append((frame * seconds, poses))
+        record.append((frame * seconds, _in_um(history[frame], unit_um)))
     return record
 
 

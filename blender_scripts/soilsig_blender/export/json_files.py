@@ -3,7 +3,7 @@
 import json
 
 
-def write_scene(path, scene, packing, prototypes, drop):
+def write_scene(path, scene, packing, prototypes, prototype_of, poses):
     """The scene as read, with the places of all grains instead of its packing."""
     crop = packing["crop_um"]
     placed = {
@@ -12,7 +12,7 @@ def write_scene(path, scene, packing, prototypes, drop):
         ],
         "instances": [
             {"prototype": prototypes[p].name, "transform": pose[:3].ravel().tolist()}
-            for p, pose in zip(drop.prototype_of, drop.poses)
+            for p, pose in zip(prototype_of, poses)
         ],
         "domain": {
             "min_um": [crop, crop],
