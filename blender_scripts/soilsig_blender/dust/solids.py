@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..common.arrays import padded
+from ..common.neighbours import near
 
 
 def distances(points, centre):
@@ -95,8 +96,10 @@ class DustySolids:
         """Whether each point is inside the grain or one of its fines."""
         inside = (points @ self.core.normals[0].T <= self.core.offsets[0]).all(axis=1)
         outside = np.flatnonzero(~inside)
-        squared = ((points[outside, None] - self.centre) ** 2).sum(axis=2)
-        point, fine = np.nonzero(squared < self.outer**2)
+        point, fine = near(points[outside], self.centre, self.outer.max(initial=0))
+        away = points[outside[point]] - self.centre[fine]
+        kept = np.einsum("ij,ij->i", away, away) < self.outer[fine] ** 2
+        point, fine = point[kept], fine[kept]
         heights = np.einsum("nfi,ni->nf", self.fines.normals[fine], points[outside[point]])
         within = (heights <= self.fines.offsets[fine]).all(axis=1)
         inside[outside[point[within]]] = True
