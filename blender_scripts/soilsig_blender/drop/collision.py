@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 
 from ..dust.reduced_hull import mean_reach, reduced_hull
-from ..dust.solids import DustySolids
 from .near_fines import near_fines
 from .rigid_bodies import World, mesh_of
 
@@ -102,7 +101,7 @@ class _Dusty:
         self._prototypes = [prototypes[p] for p in prototype_of]
         self._tray_um = tray * unit_um
         self._unit_um = unit_um
-        pieces = [DustySolids.of(prototype) for prototype in prototypes]
+        pieces = [prototype.solids for prototype in prototypes]
         self._pieces = [pieces[p] for p in prototype_of]
         self._radii = np.array([piece.radius for piece in self._pieces])
 
