@@ -12,7 +12,8 @@ from .common.events import emit, progress
 from .common.files import EXTRA, whole, whole_folder
 from .dust.prototype import build, model_fines, variants
 from .export import json_files, obj_files
-from .export.blender_files import BlenderBed
+from .export.blender_files import write_blend
+from .export.glb_file import write_glb
 from .export.report import report
 
 OLDEST_BLENDER = (3, 4, 0)
@@ -59,13 +60,6 @@ def _make_bed(scene, packing, folder, extra):
 
 def _export(folder, scene, packing, prototypes, dropped, told, clock, extra):
     materials = [material["name"] for material in scene["materials"]]
-    beds = []
-
-    def bed_in_blender():
-        if not beds:
-            beds.append(BlenderBed(materials, prototypes, dropped, packing))
-        return beds[0]
-
     writers = {
         "prototypes.obj": lambda path: obj_files.write_prototypes(path, prototypes),
         "prototypes.mtl": lambda path: obj_files.write_materials(path, materials),
@@ -76,8 +70,8 @@ def _export(folder, scene, packing, prototypes, dropped, told, clock, extra):
             path, scene, packing, prototypes, dropped.prototype_of, dropped.hulls
         ),
         "frames.json": lambda path: json_files.write_frames(path, packing, prototypes, dropped),
-        "scene.glb": lambda path: bed_in_blender().write_glb(path),
-        "scene.blend": lambda path: bed_in_blender().write_blend(path),
+        "scene.glb": lambda path: write_glb(path, materials, prototypes, dropped),
+        "scene.blend": lambda path: write_blend(path, materials, prototypes, dropped, packing),
         "patch.obj": lambda path: obj_files.write_patch(
             path, prototypes, dropped.prototype_of, dropped.poses
         ),

@@ -62,6 +62,8 @@ pub const SCRIPTS: &[(&str, &str)] = scripts![
     "soilsig_blender/dust/solids.py",
     "soilsig_blender/export/__init__.py",
     "soilsig_blender/export/blender_files.py",
+    "soilsig_blender/export/colours.py",
+    "soilsig_blender/export/glb_file.py",
     "soilsig_blender/export/grain_files.py",
     "soilsig_blender/export/json_files.py",
     "soilsig_blender/export/obj_files.py",

@@ -100,8 +100,8 @@ impl Run<'_> {
         let monitor = self.folder.monitor;
         let made = self.cache.stage("picture", &made_from, |folder| {
             let bed = bed.tracer()?.bed();
-            picture::light_by_material(bed, &folder.join(page::LIGHT), monitor)?;
-            picture::sensor_view(&scene, bed, &folder.join(page::PATCH), monitor)
+            let files = [page::PATCH, page::LIGHT].map(|file| folder.join(file));
+            picture::sensor_view(&scene, bed, [&files[0], &files[1]], monitor)
         })?;
         let mut cached = made.cached;
         for file in [page::PATCH, page::LIGHT] {
@@ -111,7 +111,8 @@ impl Run<'_> {
         if self.folder.record.outputs.contains_key(&frames) {
             let made_from = (program(), &table.scene_sha256, "drop");
             let made = self.cache.stage("picture", &made_from, |folder| {
-                picture::small_drop(&scene, &folder.join(page::DROP), monitor)
+                let bed = bed.tracer()?.bed();
+                picture::small_drop(&scene, bed, &folder.join(page::DROP), monitor)
             })?;
             cached &= made.cached;
             self.folder.copy(&made.folder.join(page::DROP), page::DROP)?;

@@ -30,21 +30,17 @@ def cube(side):
 
 def grain(side):
     body = cube(side)
+    core = Solids.of([body])
+    none = np.empty(0, int)
+    radius = np.linalg.norm(body.vertices, axis=1).max()
     return SimpleNamespace(
         name="cube",
         grain=body,
         outline=body.vertices,
         grain_class={"diameter_um": side},
         volume_um3=side**3,
+        solids=DustySolids(core, core.take(none), np.empty((0, 3)), np.empty(0), radius),
     )
-
-
-def bare(prototype):
-    """The pieces of a grain without fines."""
-    core = Solids.of([prototype.grain])
-    none = np.empty(0, int)
-    radius = np.linalg.norm(prototype.outline, axis=1).max()
-    return DustySolids(core, core.take(none), np.empty((0, 3)), np.empty(0), radius)
 
 
 def dropped(*middles, settled=True):
@@ -54,11 +50,6 @@ def dropped(*middles, settled=True):
 
 
 class Checks(unittest.TestCase):
-    def setUp(self):
-        patch = mock.patch.object(DustySolids, "of", bare)
-        patch.start()
-        self.addCleanup(patch.stop)
-
     def found(self, drop):
         return bed_check.check([grain(100.0)], drop, PACKING)["overlaps"]
 
@@ -143,10 +134,9 @@ class Tries(unittest.TestCase):
 
 class Porosity(unittest.TestCase):
     def test_the_interior_of_a_lattice_of_cubes(self):
-        with mock.patch.object(DustySolids, "of", bare):
-            places = [(x, y, z) for x in range(10) for y in range(10) for z in range(5)]
-            drop = dropped(*(50 + 100 * np.array(places)))
-            void_share = porosity._interior_porosity([grain(80.0)], drop, PACKING, 500.0)
+        places = [(x, y, z) for x in range(10) for y in range(10) for z in range(5)]
+        drop = dropped(*(50 + 100 * np.array(places)))
+        void_share = porosity._interior_porosity([grain(80.0)], drop, PACKING, 500.0)
         self.assertAlmostEqual(void_share, 1 - 0.8**3, delta=0.015)
 
 

@@ -4,7 +4,6 @@ import numpy as np
 
 from ..common.errors import BedError
 from ..common.events import progress
-from ..dust.solids import DustySolids
 from .distance import distance
 
 # Grains whose dusty surfaces come closer than this share of the mean diameter are in contact.
@@ -97,7 +96,7 @@ def _tray_depths(prototypes, drop, packing):
 
 def _overlaps(prototypes, drop):
     reach = CONTACT_SHARE * mean_diameter_um(prototypes, drop)
-    pieces = [DustySolids.of(prototype) for prototype in prototypes]
+    pieces = [prototype.solids for prototype in prototypes]
     pairs = _close_pairs(prototypes, drop, reach)
     contacts = overlapping = deep = 0
     deepest = 0.0

@@ -54,17 +54,17 @@ def gaps(one, two):
     behind = (one.corners @ two.normals.transpose(0, 2, 1)).min(axis=1) - two.offsets
     gap = np.maximum(ahead.max(axis=1), behind.max(axis=1))
     for i in np.flatnonzero(gap < 0):
-        gap[i] = max(gap[i], _gap_across_edges(one.at(i), two.at(i)))
+        gap[i] = max(gap[i], _gap_across_edges(one.edges_of(i), two.edges_of(i)))
     return gap
 
 
 def _gap_across_edges(one, two):
-    """The largest gap across planes along an edge of each solid.
+    """The largest gap across planes along an edge of each solid, of which the edges are given.
 
     Only pairs of edges whose arcs of normals cross on the sphere of directions can hold such a
     plane between the solids (the facets of their Minkowski difference).
     """
-    (a, b), (c, d) = one.edge_normals[0].swapaxes(0, 1), two.edge_normals[0].swapaxes(0, 1)
+    (a, b, at_one), (c, d, at_two) = one, two
     along_one, along_two = np.cross(a, b), np.cross(c, d)
     c_side, d_side = along_one @ c.T, along_one @ d.T
     a_side, b_side = a @ along_two.T, b @ along_two.T
@@ -74,5 +74,5 @@ def _gap_across_edges(one, two):
     crossing = length > 1e-9
     i, j, axes = i[crossing], j[crossing], axes[crossing] / length[crossing, None]
     outward = np.sign(np.einsum("ij,ij->i", axes, a[i] + b[i]))
-    between = two.edge_points[0][j] - one.edge_points[0][i]
+    between = at_two[j] - at_one[i]
     return (outward * np.einsum("ij,ij->i", axes, between)).max(initial=-np.inf)

@@ -7,7 +7,6 @@ surface. The interior porosity is what a soil's porosity means.
 import numpy as np
 
 from ..common.randomness import stream
-from ..dust.solids import DustySolids
 from .bed_check import mean_diameter_um
 
 _POINTS = 4000  # on the surface of a prototype
@@ -49,7 +48,7 @@ def _interior_porosity(prototypes, drop, packing, depth):
         return None
     points = low + (high - low) * stream(packing["seed"], "porosity").random((_PROBES, 3))
     solid = np.zeros(len(points), bool)
-    pieces = [DustySolids.of(prototype) for prototype in prototypes]
+    pieces = [prototype.solids for prototype in prototypes]
     for p, pose in zip(drop.prototype_of, drop.poses):
         near = np.flatnonzero(
             np.linalg.norm(points - pose[:3, 3], axis=1) < pieces[p].radius,

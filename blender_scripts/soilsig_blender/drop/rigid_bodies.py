@@ -50,6 +50,8 @@ class World:
         self.height = height
         self.settings = settings
         self.bodies = []
+        # The bodies once more, in the same order: Blender gives their poses all at once.
+        self.grains = bpy.data.collections.new("grains")
         self.parts = []
 
     def add(self, name, mesh, pose):
@@ -57,6 +59,7 @@ class World:
         body = bpy.data.objects.new(name, mesh)
         body.matrix_world = Matrix(pose.tolist())
         self.bodies.append(body)
+        self.grains.objects.link(body)
         return body
 
     def add_part(self, body, mesh, pose):
@@ -166,7 +169,10 @@ class World:
         return Rest(poses, settled, frame, float(speeds.max()), float(energy), history)
 
     def _poses(self):
-        return np.array([body.matrix_world for body in self.bodies])
+        flat = np.empty(16 * len(self.bodies), np.float32)
+        self.grains.objects.foreach_get("matrix_world", flat)
+        # Blender's matrices lie column by column.
+        return flat.reshape(-1, 4, 4).transpose(0, 2, 1).astype(float)
 
     def _lost(self, poses):
         """Whether a grain has no finite place or is far outside: to go on would be of no use."""

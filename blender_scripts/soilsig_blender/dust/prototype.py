@@ -1,6 +1,7 @@
 """Dusty grains ready to be instanced: a grain and its fines about their common centre of mass."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from ..model.shapes import SHAPES, model
 from .cover import Cover
 from .dressing import Dust, FineClass, dress, seated_on_base
 from .reduced_hull import reduced_hull
+from .solids import DustySolids
 
 # Different bodies of a class of fines. Each is seated many times, turned at random.
 _FINE_BODIES = 4
@@ -46,6 +48,10 @@ class Prototype:
     @property
     def surfaces(self):
         return (self.core, *self.coats)
+
+    @cached_property
+    def solids(self):
+        return DustySolids.of(self)
 
     @property
     def triangle_count(self):

@@ -13,6 +13,8 @@ from ..common.neighbours import clumps, ranges
 _DIRECTIONS = 1000
 # Side of a clump of points as a share of the whole.
 _CLUMP = 0.06
+# Rounding of a reach, as a share of the whole.
+_ROUNDING = 1e-9
 
 
 def reduced_hull(points, tolerance):
@@ -33,17 +35,26 @@ def reduced_hull(points, tolerance):
     return points[candidates[sorted(kept)]]
 
 
+def mean_reach(points):
+    """How far points reach from the origin, averaged over all directions."""
+    reach = np.einsum("ij,kj->ik", points, fibonacci(_DIRECTIONS))
+    return float(reach.max(axis=0).mean())
+
+
 def _extreme(points, directions):
     """The point furthest out in each direction.
 
     Only clumps of points that may hold it are searched.
     """
-    order, start = clumps(points, np.ptp(points, axis=0).max() * _CLUMP)
+    size = np.ptp(points, axis=0).max()
+    order, start = clumps(points, size * _CLUMP)
     points, end = points[order], np.append(start[1:], len(points))
     low, high = np.minimum.reduceat(points, start), np.maximum.reduceat(points, start)
     middle, radius = (low + high) / 2, np.linalg.norm(high - low, axis=1) / 2
-    reach = directions @ middle.T
-    direction, clump = np.nonzero(reach + radius >= (reach - radius).max(axis=1)[:, None])
+    # The outermost point of each clump shows how far is reached at least.
+    outward = np.lexsort((np.einsum("ij,ij->i", points, points), np.repeat(start, end - start)))
+    least = (directions @ points[outward[end - 1]].T).max(axis=1) - _ROUNDING * size
+    direction, clump = np.nonzero(directions @ middle.T + radius >= least[:, None])
     point = ranges(start[clump], end[clump])
     direction = np.repeat(direction, (end - start)[clump])
     heights = np.einsum("ij,ij->i", points[point], directions[direction])

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..common.arrays import padded
+from ..common.neighbours import near
 
 
 def distances(points, centre):
@@ -13,12 +14,11 @@ def distances(points, centre):
 class Solids:
     """Convex solids side by side, their arrays padded to one size by repetition."""
 
-    def __init__(self, corners, normals, offsets, edge_normals, edge_points):
+    def __init__(self, corners, normals, offsets, edges):
         self.corners = corners  # (N, V, 3)
         self.normals = normals  # (N, F, 3)
         self.offsets = offsets  # (N, F)
-        self.edge_normals = edge_normals  # (N, E, 2, 3) of the facets that meet
-        self.edge_points = edge_points  # (N, E, 3)
+        self.edges = edges  # (N, E, 3) the numbers of the two facets that meet, and of a corner
 
     @classmethod
     def of(cls, bodies):
@@ -26,22 +26,22 @@ class Solids:
             padded([body.vertices for body in bodies]),
             padded([body.normals for body in bodies]),
             padded([body.offsets for body in bodies], ()),
-            padded([body.normals[body.edges[:, :2]] for body in bodies], (2, 3)),
-            padded([body.vertices[body.edges[:, 2]] for body in bodies]),
+            padded([body.edges for body in bodies]).astype(int),
         )
 
     def take(self, which):
         return Solids(
-            self.corners[which],
-            self.normals[which],
-            self.offsets[which],
-            self.edge_normals[which],
-            self.edge_points[which],
+            self.corners[which], self.normals[which], self.offsets[which], self.edges[which]
         )
 
-    def at(self, i):
-        """Solid i alone; a single solid stands for every i."""
-        return self.take([min(i, len(self.corners) - 1)])
+    def edges_of(self, i):
+        """Normals (E, 3) of both facets at each edge of solid i, and a point (E, 3) of each edge.
+
+        A single solid stands for every i.
+        """
+        i = min(i, len(self.corners) - 1)
+        one, two, corner = self.edges[i].T
+        return self.normals[i][one], self.normals[i][two], self.corners[i][corner]
 
     def moved(self, turn, shift):
         """Turned and shifted; one pose for all, or one for each."""
@@ -53,8 +53,7 @@ class Solids:
             self.corners @ back + shift,
             normals,
             offsets,
-            self.edge_normals @ back[..., None, :, :],
-            self.edge_points @ back + shift,
+            self.edges,
         )
 
 
@@ -95,8 +94,10 @@ class DustySolids:
         """Whether each point is inside the grain or one of its fines."""
         inside = (points @ self.core.normals[0].T <= self.core.offsets[0]).all(axis=1)
         outside = np.flatnonzero(~inside)
-        squared = ((points[outside, None] - self.centre) ** 2).sum(axis=2)
-        point, fine = np.nonzero(squared < self.outer**2)
+        point, fine = near(points[outside], self.centre, self.outer.max(initial=0))
+        away = points[outside[point]] - self.centre[fine]
+        kept = np.einsum("ij,ij->i", away, away) < self.outer[fine] ** 2
+        point, fine = point[kept], fine[kept]
         heights = np.einsum("nfi,ni->nf", self.fines.normals[fine], points[outside[point]])
         within = (heights <= self.fines.offsets[fine]).all(axis=1)
         inside[outside[point[within]]] = True

@@ -1,21 +1,28 @@
-"""The bed as a Blender scene, for the .blend and the .glb.
+"""The bed as a Blender scene, for the .blend.
 
 One Blender unit is a millimetre. A grain is an object, its fines are one mesh object that is its
 child, and all grains of a prototype share their meshes.
 """
 
-import colorsys
-
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
+
+from .colours import colours
 
 _UNIT_UM = 1000.0
 _METRES = _UNIT_UM * 1e-6
 
 
-class BlenderBed:
-    """Builds the bed in an empty file; `root` carries everything."""
+def write_blend(path, materials, prototypes, drop, packing):
+    _Bed(materials, prototypes, drop, packing)
+    bpy.ops.wm.save_as_mainfile(
+        filepath=path, copy=True, check_existing=False, relative_remap=False, compress=False
+    )
+
+
+class _Bed:
+    """Builds the bed in an empty file."""
 
     def __init__(self, materials, prototypes, drop, packing):
         bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -24,14 +31,14 @@ class BlenderBed:
         scene.unit_settings.scale_length = _METRES
         scene.unit_settings.length_unit = "MILLIMETERS"
         self.materials = {
-            name: _material(name, i, len(materials)) for i, name in enumerate(materials)
+            name: _material(name, rgb) for name, rgb in zip(materials, colours(materials))
         }
-        self.root = _add("bed", None, None)
+        root = _add("bed", None, None)
         meshes = [self._meshes(prototype) for prototype in prototypes]
         for i, (p, pose) in enumerate(zip(drop.prototype_of, drop.poses)):
             name = f"{prototypes[p].name}.{i:04d}"
             core, coat = meshes[p]
-            grain = _add(name, core, self.root)
+            grain = _add(name, core, root)
             matrix = pose.copy()
             matrix[:3, 3] /= _UNIT_UM
             grain.matrix_basis = Matrix(matrix.tolist())
@@ -40,34 +47,6 @@ class BlenderBed:
         _add("floor", self._floor(packing), None)
         self._furnish(packing)
         bpy.context.view_layer.update()
-
-    def write_glb(self, path):
-        """Grains and fines in metres, y up. Every mesh is written once, its nodes refer to it."""
-        self.root.scale = (_METRES,) * 3
-        self._select(self.root)
-        bpy.ops.export_scene.gltf(
-            filepath=path,
-            export_format="GLB",
-            use_selection=True,
-            export_yup=True,
-            # Readers show facets without normals flat, as they are.
-            export_normals=False,
-            export_texcoords=False,
-            export_animations=False,
-        )
-        self.root.scale = (1, 1, 1)
-
-    def write_blend(self, path):
-        for o in bpy.context.scene.objects:
-            o.select_set(False)
-        bpy.ops.wm.save_as_mainfile(
-            filepath=path, copy=True, check_existing=False, relative_remap=False, compress=False
-        )
-
-    def _select(self, parent):
-        parent.select_set(True)
-        for child in parent.children_recursive:
-            child.select_set(True)
 
     def _meshes(self, prototype):
         core = self._mesh(prototype.name, (prototype.core,))
@@ -137,11 +116,8 @@ def _add(name, mesh, parent):
     return o
 
 
-def _material(name, index, count):
-    """Sand tones, told apart by hue and lightness."""
-    share = index / max(count - 1, 1)
-    hue, saturation, value = 0.13 - 0.09 * share, 0.12 + 0.55 * share**0.5, 0.95 - 0.6 * share
-    colour = (*colorsys.hsv_to_rgb(hue, saturation, value), 1.0)
+def _material(name, rgb):
+    colour = (*rgb, 1.0)
     material = bpy.data.materials.new(name)
     material.diffuse_color = colour
     material.use_nodes = True

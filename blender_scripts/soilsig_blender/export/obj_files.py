@@ -41,10 +41,11 @@ def _write_object(out, prototype, pose, first):
         vertices = surface.vertices
         if pose is not None:
             vertices = vertices @ pose[:3, :3].T + pose[:3, 3]
-        out.write("".join([f"v {x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in vertices.tolist()]))
+        # One format for all lines takes half as long as one for each.
+        out.write("v %.9g %.9g %.9g\n" * len(vertices) % tuple(vertices.ravel().tolist()))
         out.write(f"usemtl {surface.material}\n")
-        faces = (surface.triangles + first).tolist()
-        out.write("".join([f"f {a} {b} {c}\n" for a, b, c in faces]))
+        faces = (surface.triangles + first).ravel().tolist()
+        out.write("f %d %d %d\n" * len(surface.triangles) % tuple(faces))
         first += len(vertices)
     return first
 

@@ -9,16 +9,19 @@ use super::camera::{Camera, corners};
 use super::canvas::{Canvas, GAP, Ground, TEXT, scale_bar};
 use super::frames::{Frame, Frames};
 use super::grain::{FOOT, legend};
-use super::render::{Rendered, Style, render};
+use super::render::{Lit, Rendered, Style};
 use super::stage::Stage;
 use super::{Look, tray};
 use crate::draw::plot::svg::Anchor;
 use crate::geometry::ingest::{self, affine};
-use crate::geometry::{Bed, Placement};
+use crate::geometry::{Bed, Mesh, Parts, Placement};
 use crate::scene::{Instance, Placed, Scene, SceneGeometry};
 use crate::support::error::Error;
 use crate::support::monitor::Monitor;
 use crate::support::output;
+
+/// Least diameter of what throws a shadow in small pictures, pixels.
+const LEAST_SHADOW: f64 = 3.0;
 
 /// Draws a strip of moments of the drop, from the record beside the scene's file.
 ///
@@ -31,32 +34,45 @@ pub fn drop(
     path: &Path,
     monitor: &dyn Monitor,
 ) -> Result<(), Error> {
-    strip(scene, panels, look, path, &Style::new(monitor))
+    strip(scene, None, panels, look, path, &Style::new(monitor))
 }
 
-/// Draws four small moments in the simplest light.
+/// Draws four small moments of a settled bed in the simplest light. Fines throw no shadows: they
+/// are smaller than pixels.
 ///
 /// # Errors
 /// As [`drop`].
-pub fn small_drop(scene: &Scene, path: &Path, monitor: &dyn Monitor) -> Result<(), Error> {
+pub fn small_drop(
+    scene: &Scene,
+    settled: &Bed,
+    path: &Path,
+    monitor: &dyn Monitor,
+) -> Result<(), Error> {
     let look = Look { zenith_deg: 72.0, azimuth_deg: -65.0, width_px: 720 };
-    strip(scene, 4, look, path, &Style { rays: 2, sky: 5, ..Style::new(monitor) })
+    let style = Style { rays: 2, sky: 5, ..Style::new(monitor) };
+    strip(scene, Some(settled), 4, look, path, &style)
 }
 
 fn strip(
     scene: &Scene,
+    settled: Option<&Bed>,
     panels: usize,
     look: Look,
     path: &Path,
     style: &Style,
 ) -> Result<(), Error> {
     let placed = scene.placed()?;
-    let known: Vec<&str> = placed.prototypes.iter().map(|p| p.name.as_str()).collect();
-    let record = Frames::read(&scene.file.with_file_name("frames.json"), &known)?;
+    let names: Vec<&str> = placed.prototypes.iter().map(|p| p.name.as_str()).collect();
+    let record = Frames::read(&scene.file.with_file_name("frames.json"), &names)?;
     let frames = record.chosen(panels);
-    let first = bed(scene, placed, &record, frames[0])?;
-    let moved = |frame: &&Frame| moved(&first, frames[0], frame);
-    let beds: Vec<Bed> = if first.placements.len() == record.prototypes.len() {
+    let (known, from) = match settled {
+        Some(bed) if bed.placements.len() == record.prototypes.len() => {
+            (bed.clone(), frames[panels - 1])
+        }
+        _ => (bed(scene, placed, &record, frames[0])?, frames[0]),
+    };
+    let moved = |frame: &&Frame| moved(&known, from, frame);
+    let beds: Vec<Bed> = if known.placements.len() == record.prototypes.len() {
         frames.iter().map(moved).collect()
     } else {
         let read = |frame: &&Frame| bed(scene, placed, &record, frame);
@@ -75,12 +91,22 @@ fn strip(
     let walls = [DVec3::ZERO, DVec3::new(x, y, 1.1 * rest.z)];
     let floor = placed.domain.as_ref().and_then(|domain| domain.floor.as_ref());
     let floor = floor.and_then(|floor| scene.material_index(&floor.material));
+    let pixel_um = camera.size_um()[0] / width as f64;
+    let coarse = |mesh| without_small(mesh, LEAST_SHADOW * pixel_um);
+    let coarse: Vec<Mesh> = match settled {
+        Some(_) => known.meshes.iter().map(coarse).collect(),
+        None => known.meshes.clone(),
+    };
     let panel = |mut bed: Bed| {
+        let (mut shades, mut places) = (coarse.clone(), bed.placements.clone());
         if let Some(material) = floor {
+            tray::add(&mut shades, &mut places, walls, material as u16);
             tray::add(&mut bed.meshes, &mut bed.placements, walls, material as u16);
         }
         let stage = Stage::new(&bed.meshes, &bed.placements, None);
-        render(&stage, &camera, width, style)
+        let shades = Stage::new(&shades, &places, None);
+        let lit = Lit::new(&stage, &shades, &camera, width, style)?;
+        Ok::<_, Error>(lit.coloured(style.background, style.colour))
     };
     let strip: Vec<Rendered> = beds.into_iter().map(panel).collect::<Result<_, _>>()?;
     let Rendered { canvas: Canvas { width, height, .. }, pixel_um, ref shares } = strip[0];
@@ -100,20 +126,29 @@ fn strip(
     Ok(output::bytes(path, &canvas.png(Some(pixel_um)))?)
 }
 
+/// A mesh without its parts of smaller diameter, but for the largest.
+fn without_small(mesh: &Mesh, least_um: f64) -> Mesh {
+    let parts = Parts::of(mesh);
+    let largest = parts.largest();
+    mesh.with_parts(&parts, |part| {
+        parts.diameters_um[part as usize] >= least_um || Some(part) == largest
+    })
+}
+
 fn time(seconds: f64) -> String {
     if seconds == 0.0 { "0".into() } else { format!("{:.1} ms", 1e3 * seconds) }
 }
 
 /// The grains at another moment, each of one mesh: so the meshes are read once.
-fn moved(first: &Bed, from: &Frame, to: &Frame) -> Bed {
+fn moved(known: &Bed, from: &Frame, to: &Frame) -> Bed {
     let transforms = from.transforms.iter().zip(&to.transforms);
     let place = |(placement, (from, to)): (&Placement, (&[f64; 12], &[f64; 12]))| Placement {
         mesh: placement.mesh,
         to_scene: affine(to) * affine(from).inverse() * placement.to_scene,
     };
     Bed {
-        placements: first.placements.iter().zip(transforms).map(place).collect(),
-        ..first.clone()
+        placements: known.placements.iter().zip(transforms).map(place).collect(),
+        ..known.clone()
     }
 }
 

@@ -19,7 +19,7 @@ pub use coverages::coverages;
 pub use drop::{drop, small_drop};
 pub use frames::MOST_PANELS;
 pub use grain::grain;
-pub use patch::{light_by_material, patch, sensor_view};
+pub use patch::{patch, sensor_view};
 pub use source::{PictureError, placed_scene};
 
 /// The viewpoint and size of a picture.

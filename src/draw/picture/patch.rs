@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use super::camera::Camera;
 use super::canvas::{Ground, scale_bar};
 use super::grain::{legend, legend_width};
-use super::render::{Rendered, SPACE, Style, render};
+use super::render::{Lit, Rendered, SPACE, Style, colour, render};
 use super::stage::Stage;
 use super::{Look, tray};
 use crate::geometry::Bed;
@@ -21,31 +21,23 @@ use crate::tracer::footprint::Footprint;
 /// Width of the sensor's view, pixels.
 const WIDTH: usize = 640;
 
-/// Draws the sensor's view as PNG with a scale bar and the names of the materials. Each facet has
-/// its material's colour.
+/// Draws the sensor's view as PNG with a scale bar and the names of the materials, each facet in
+/// its material's colour. Another PNG, half as wide, gets the light on the first three materials as
+/// red, green and blue: whoever knows the colours of the materials can colour the view from it.
 ///
 /// # Errors
-/// The file cannot be written, or the user stops the work.
+/// A file cannot be written, or the user stops the work.
 pub fn sensor_view(
     scene: &Scene,
     bed: &Bed,
-    path: &Path,
+    [view, light]: [&Path; 2],
     monitor: &dyn Monitor,
 ) -> Result<(), Error> {
-    let style = Style { rays: 2, sky: 5, background: SPACE, ..Style::new(monitor) };
-    write(scene, rendered(bed, WIDTH, &style)?, path)
-}
-
-/// Draws the light on the first three materials of the sensor's view, as red, green and blue of a
-/// PNG: whoever knows the colours of the materials can colour the view from it.
-///
-/// # Errors
-/// The file cannot be written, or the user stops the work.
-pub fn light_by_material(bed: &Bed, path: &Path, monitor: &dyn Monitor) -> Result<(), Error> {
-    let style = Style { rays: 2, sky: 5, background: [0.0; 3], ..Style::new(monitor) };
-    let style = Style { colour: channel, ..style };
-    let canvas = rendered(bed, WIDTH / 2, &style)?.canvas;
-    Ok(output::bytes(path, &canvas.png(None))?)
+    let style = Style { rays: 2, sky: 5, ..Style::new(monitor) };
+    let lit = lit(bed, WIDTH, &style)?;
+    write(scene, lit.coloured(SPACE, colour), view)?;
+    let canvas = lit.halved().coloured([0.0; 3], channel).canvas;
+    Ok(output::bytes(light, &canvas.png(None))?)
 }
 
 /// Full light in the channel of one of the first three materials.
@@ -67,8 +59,7 @@ pub fn patch(
     let mut bed = ingest::load(scene)?;
     let mut style = Style::new(monitor);
     let Some(look) = look else {
-        style.background = SPACE;
-        return write(scene, rendered(&bed, width_px, &style)?, path);
+        return write(scene, lit(&bed, width_px, &style)?.coloured(SPACE, colour), path);
     };
     let to_eye = look.to_eye();
     if to_eye.z < 0.0 {
@@ -97,10 +88,11 @@ pub(super) fn framed(bed: &Bed, to_eye: DVec3) -> Camera {
     camera.widened(margin_um)
 }
 
-fn rendered(bed: &Bed, width: usize, style: &Style) -> Result<Rendered, Error> {
+fn lit(bed: &Bed, width: usize, style: &Style) -> Result<Lit, Error> {
     let Footprint { corner, right, up } = Footprint::new(&bed.domain, bed.to_sensor);
     let camera = Camera { corner, right, up, to_eye: bed.to_sensor };
-    render(&Stage::of_sensor(bed), &camera, width, style)
+    let stage = Stage::of_sensor(bed);
+    Lit::new(&stage, &stage, &camera, width, style)
 }
 
 fn write(scene: &Scene, rendered: Rendered, path: &Path) -> Result<(), Error> {

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::camera::Camera;
 use super::canvas::{Canvas, linear};
 use super::light::Lights;
-use super::stage::Stage;
+use super::stage::{Piece, Stage};
 use crate::support::error::Error;
 use crate::support::monitor::Monitor;
 
@@ -69,26 +69,76 @@ pub(super) fn render(
     width: usize,
     style: &Style,
 ) -> Result<Rendered, Error> {
-    let [width_um, height_um] = camera.size_um();
-    let pixel_um = width_um.max(height_um / HIGHEST) / width as f64;
-    let [width, height] = [width_um, height_um].map(|um| ((um / pixel_um).round() as usize).max(1));
-    let pieces = stage.look(camera, [width, height], style.rays, style.monitor)?;
-    let lights = Lights::new(camera, style.zenith, style.sky);
-    let light = lights.on(&pieces, stage, pixel_um, style.monitor)?;
-    let background = style.background.map(linear);
-    let mut pixels = vec![background; width * height];
-    let mut shares: Vec<f64> = Vec::new();
-    for (piece, light) in pieces.iter().zip(light) {
-        let material = usize::from(piece.material);
-        let colour = (style.colour)(material).map(|level| (light * linear(level)).min(1.0));
-        let pixel = &mut pixels[piece.pixel];
-        for ((sum, colour), background) in pixel.iter_mut().zip(colour).zip(background) {
-            *sum += piece.share * (colour - background);
-        }
-        if shares.len() <= material {
-            shares.resize(material + 1, 0.0);
-        }
-        shares[material] += f64::from(piece.share) / (width * height) as f64;
+    Ok(Lit::new(stage, stage, camera, width, style)?.coloured(style.background, style.colour))
+}
+
+/// What a picture shows, and the light on it.
+pub(super) struct Lit {
+    width: usize,
+    height: usize,
+    pixel_um: f64,
+    pieces: Vec<Piece>,
+    /// On each piece.
+    light: Vec<f32>,
+}
+
+impl Lit {
+    /// Looks at a stage; `shades` is what throws shadows on it.
+    pub(super) fn new(
+        stage: &Stage,
+        shades: &Stage,
+        camera: &Camera,
+        width: usize,
+        style: &Style,
+    ) -> Result<Self, Error> {
+        let [width_um, height_um] = camera.size_um();
+        let pixel_um = width_um.max(height_um / HIGHEST) / width as f64;
+        let [width, height] =
+            [width_um, height_um].map(|um| ((um / pixel_um).round() as usize).max(1));
+        let pieces = stage.look(camera, [width, height], style.rays, style.monitor)?;
+        let lights = Lights::new(camera, style.zenith, style.sky);
+        let light = lights.on(&pieces, shades, pixel_um, style.monitor)?;
+        Ok(Self { width, height, pixel_um, pieces, light })
     }
-    Ok(Rendered { canvas: Canvas::of_light(width, height, &pixels), pixel_um, shares })
+
+    /// The same in half as many pixels along each side.
+    pub(super) fn halved(mut self) -> Self {
+        let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
+        for piece in &mut self.pieces {
+            let (x, y) = (piece.pixel % self.width, piece.pixel / self.width);
+            let pixels =
+                [(x, self.width), (y, self.height)].map(|(at, of)| (of - at / 2 * 2).min(2));
+            piece.pixel = y / 2 * width + x / 2;
+            piece.share /= (pixels[0] * pixels[1]) as f32;
+        }
+        Self { width, height, pixel_um: 2.0 * self.pixel_um, ..self }
+    }
+
+    /// The picture with a colour for each material; levels of sRGB, 0 to 1.
+    pub(super) fn coloured(
+        &self,
+        background: [f32; 3],
+        colour: impl Fn(usize) -> [f32; 3],
+    ) -> Rendered {
+        let &Self { width, height, pixel_um, .. } = self;
+        let background = background.map(linear);
+        let mut pixels = vec![background; width * height];
+        let mut shares: Vec<f64> = Vec::new();
+        let mut colours: Vec<[f32; 3]> = Vec::new();
+        for (piece, &light) in self.pieces.iter().zip(&self.light) {
+            let material = usize::from(piece.material);
+            while colours.len() <= material {
+                colours.push(colour(colours.len()).map(linear));
+                shares.push(0.0);
+            }
+            let pixel = &mut pixels[piece.pixel];
+            for ((sum, colour), background) in
+                pixel.iter_mut().zip(colours[material]).zip(background)
+            {
+                *sum += piece.share * ((light * colour).min(1.0) - background);
+            }
+            shares[material] += f64::from(piece.share) / (width * height) as f64;
+        }
+        Rendered { canvas: Canvas::of_light(width, height, &pixels), pixel_um, shares }
+    }
 }
