@@ -182,7 +182,11 @@ pub fn kelvin(text: &str) -> Result<f64, String> {
 pub fn range(text: &str) -> Result<(f64, f64), String> {
     let (from, to) = text.split_once('-').ok_or("write FROM-TO, as in 7.5-14")?;
     let number = |text: &str| text.trim().parse::<f64>().map_err(|e| format!("{text:?}: {e}"));
-    Ok((number(from)?, number(to)?))
+    let (from, to) = (number(from)?, number(to)?);
+    if from > to {
+        return Err(format!("write the shorter wavelength first: {to}-{from}"));
+    }
+    Ok((from, to))
 }
 
 /// A path that a record can hold: in UTF-8.

@@ -363,6 +363,9 @@ fn headers_of_the_aster_library_may_have_values_of_several_lines_and_blank_ones(
         is_right(one("q.txt", &text, &Reading::default()), description);
         is_right(one("q.txt", text.replace('\n', "\r"), &Reading::default()), "CR alone");
     }
+    let turned = "Name: q\nFirst Column: Y\nSecond Column: X\nX Units: Wavelength (micrometers)\n\
+                  Y Units: Emissivity\n\n0.941 10\n0.68 9\n0.941 8\n";
+    is_right(one("t.txt", turned, &Reading::default()), "values first");
     let text = "Name: basalt\nX Units: Wavelength (micrometers)\nY Units: Emissivity (percent)\n\n\
                 8 94.1\n9 68\n10 94.1\n";
     is_right(one("b.txt", text, &Reading::default()), "emissivity in percent");

@@ -80,7 +80,7 @@ pub const PARSERS: &[Parser] = &[
     Parser { name: "sky", files: &["a.csv"], seeds: seeds::skies, read: sky },
     Parser { name: "atmosphere", files: &["a.csv"], seeds: seeds::atmospheres, read: atmosphere },
     Parser { name: "radiance", files: &["a.csv"], seeds: seeds::radiances, read: radiance },
-    Parser { name: "response", files: &["a.csv"], seeds: seeds::csv, read: response },
+    Parser { name: "response", files: &["a.csv"], seeds: seeds::responses, read: response },
     Parser { name: "sensor", files: &["a.csv"], seeds: seeds::sensors, read: sensor },
     Parser { name: "signature", files: &["a.csv"], seeds: seeds::signatures, read: signature },
     Parser {

@@ -324,6 +324,10 @@ pub fn radiances() -> Inputs {
     of(&[&[&format!("wavelength_um,radiance_w_m2_sr_um,l_downwelling_w_m2_sr_um\n{rows}")]])
 }
 
+pub fn responses() -> Inputs {
+    of(&[&["wavelength_um,transmittance\n8,0\n8.5,0.5\n9,1\n9.5,0.25\n10,0\n"]])
+}
+
 pub fn sensors() -> Inputs {
     of(&[&["wavelength_um,one,two\n8,0,0\n8.5,1,0\n9,0.5,0.5\n9.5,0,1\n10,0,0\n"]])
 }
