@@ -7,7 +7,7 @@ COVERAGE = sparse
 WITHOUT =
 
 .PHONY: help run test lint docs setup bench intervals twins chart scale packings tolerances budgets \
-    facets refraction stress torture clean
+    facets refraction stress torture fuzz clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -108,6 +108,14 @@ torture: setup ## kill runs, let writes fail, fill disks; look for what is half 
 	python3 scripts/torture.py target/release/soilsig --kills 500 --errors 200 \
 	    --blender "$$(command -v blender)"
 
+# Bytes for each parser in `make fuzz`, and which ones: all without names.
+BYTES = 1000000000
+PARSERS =
+
+# docs/measurements/fuzzing.md
+fuzz: ## give every reader of files changed inputs (takes hours)
+	scripts/fuzz.sh $(BYTES) $(PARSERS)
+
 clean: ## remove all builds and installed tools: target, .venv, .tools
 	cargo clean
-	rm -rf .venv .tools
+	rm -rf .venv .tools fuzz/target

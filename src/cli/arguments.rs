@@ -10,7 +10,8 @@ use clap::builder::{StringValueParser, TypedValueParser};
 use super::usage;
 use crate::draw::plot;
 use crate::pipeline::MOST_SECONDS;
-use crate::radiometry::Assumed;
+use crate::products::retrieve;
+use crate::radiometry::{Assumed, SkyTable};
 use crate::scene::{
     Change, Component, Constants, ConstantsFile, Grid, Inverted, Scene, Sky, SpectrumSource,
 };
@@ -82,6 +83,18 @@ impl Assumptions {
             ..Assumed::EXACT
         }
     }
+}
+
+/// The sky over a measured target, from the words of `--sky`: a temperature or a file.
+pub fn sky(words: Option<&str>) -> Result<retrieve::Sky, Error> {
+    Ok(match words.map(|words| (words, kelvin(words))) {
+        None => retrieve::Sky::OfFile,
+        Some((_, Ok(kelvin))) => retrieve::Sky::Grey(kelvin),
+        Some((words, Err(problem))) if words.parse::<f64>().is_ok() => {
+            usage(&format!("--sky: {problem}"))
+        }
+        Some((words, Err(_))) => retrieve::Sky::Table(SkyTable::read(Path::new(words))?),
+    })
 }
 
 /// How Blender is run.
@@ -169,7 +182,11 @@ pub fn kelvin(text: &str) -> Result<f64, String> {
 pub fn range(text: &str) -> Result<(f64, f64), String> {
     let (from, to) = text.split_once('-').ok_or("write FROM-TO, as in 7.5-14")?;
     let number = |text: &str| text.trim().parse::<f64>().map_err(|e| format!("{text:?}: {e}"));
-    Ok((number(from)?, number(to)?))
+    let (from, to) = (number(from)?, number(to)?);
+    if from > to {
+        return Err(format!("write the shorter wavelength first: {to}-{from}"));
+    }
+    Ok((from, to))
 }
 
 /// A path that a record can hold: in UTF-8.

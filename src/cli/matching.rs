@@ -3,14 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::arguments::{InBlender, absolute, kelvin, number, range, spectrum_source, utf8_path};
+use super::arguments::{
+    InBlender, absolute, kelvin, number, range, sky, spectrum_source, utf8_path,
+};
 use super::{Context, Outcome, command_line, print, print_json, usage};
 use crate::inverse::facets::FacetModel;
 use crate::inverse::measured::Seen;
 use crate::inverse::soil::On;
 use crate::inverse::{self, Options, Warning, words};
-use crate::products::retrieve::{Known, Sky, Target};
-use crate::radiometry::{Assumed, Atmosphere, Method, SkyTable, Temperature};
+use crate::products::retrieve::{Known, Target};
+use crate::radiometry::{Assumed, Atmosphere, Method, Temperature};
 use crate::scene::{Scene, SpectrumSource, shipped};
 use crate::support::error::{Error, Status};
 use crate::support::output;
@@ -166,14 +168,7 @@ fn seen(args: &Args) -> Result<Seen, Error> {
     if args.sky.is_none() && args.atmosphere.is_none() && args.temperature.is_none() {
         return Seen::emissivity(&args.spectrum, range_um);
     }
-    let sky = match args.sky.as_deref().map(|text| (text, kelvin(text))) {
-        None => Sky::OfFile,
-        Some((_, Ok(kelvin))) => Sky::Grey(kelvin),
-        Some((text, Err(problem))) if text.parse::<f64>().is_ok() => {
-            usage(&format!("--sky: {problem}"))
-        }
-        Some((text, Err(_))) => Sky::Table(SkyTable::read(Path::new(text))?),
-    };
+    let sky = sky(args.sky.as_deref())?;
     let target = match args.temperature {
         Some(k) => Target::Given(Temperature { k, error_k: 0.0 }),
         None => Target::By(Method::Christiansen),

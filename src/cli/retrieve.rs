@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::arguments::{Assumptions, ending, kelvin};
+use super::arguments::{Assumptions, ending, kelvin, sky};
 use super::terminal::tell;
 use super::{Context, Outcome, print, usage};
 use crate::products::cube::Cube;
-use crate::products::retrieve::{self, Known, RadianceError, Sky, Target};
-use crate::radiometry::{Assumed, Atmosphere, Method, SkyTable, Temperature};
+use crate::products::retrieve::{self, Known, RadianceError, Target};
+use crate::radiometry::{Assumed, Atmosphere, Method, Temperature};
 use crate::report::terminal;
 use crate::support::error::Error;
 use crate::support::output;
@@ -29,7 +29,7 @@ pub struct Args {
     /// Find the temperature from the radiance
     #[arg(long, value_enum, conflicts_with_all = ["temperature", "temperature_error"])]
     method: Option<Method>,
-    /// The target is a powder of quartz alone, not a soil: `christiansen` takes it for blacker
+    /// The target is a powder of quartz alone, not a soil: `christiansen` then takes a higher emissivity
     #[arg(long, requires = "method")]
     pure_quartz: bool,
     /// The sky: its temperature, K, or a CSV file of its radiance. Without it the sky of the CSV
@@ -54,14 +54,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         (Some(k), None) => Target::Given(Temperature { k, error_k }),
         (None, None) => unreachable!("clap asks for one of both"),
     };
-    let sky = match args.sky.as_deref().map(|text| (text, kelvin(text))) {
-        None => Sky::OfFile,
-        Some((_, Ok(kelvin))) => Sky::Grey(kelvin),
-        Some((text, Err(problem))) if text.parse::<f64>().is_ok() => {
-            usage(&format!("--sky: {problem}"))
-        }
-        Some((text, Err(_))) => Sky::Table(SkyTable::read(Path::new(text))?),
-    };
+    let sky = sky(args.sky.as_deref())?;
     let atmosphere = args.atmosphere.as_deref().map(Atmosphere::read).transpose()?;
     let assumed = Assumed { pure_quartz: args.pure_quartz, ..args.assumptions.assumed() };
     let known = Known { sky, atmosphere, target, assumed };

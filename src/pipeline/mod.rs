@@ -35,21 +35,6 @@ pub use error::PipelineError;
 pub use options::{Auto, HowMany, MOST_SECONDS, Options, Source};
 pub(crate) use results::program;
 
-/// Files of every result.
-const WRITTEN: [&str; 11] = [
-    "signature.csv",
-    "signature.nc",
-    "signature.svg",
-    "signature.png",
-    "budget.csv",
-    "table.json",
-    page::PATCH,
-    page::LIGHT,
-    page::DROP,
-    page::PAGE,
-    RUN,
-];
-
 /// Runs the pipeline; all files go below `out`, which no other run may write to meanwhile.
 ///
 /// The files are put into their places when all of them are there, `run.json` last: where it is, the
@@ -199,7 +184,7 @@ impl<'a> Run<'a> {
             self.folder.reads(&file)?;
         }
         // Before any work is done.
-        self.folder.keeps_inputs(&WRITTEN)?;
+        self.folder.keeps_inputs(&result::EVERY)?;
         let rays = self.folder.key("rays");
         self.folder.record.seeds.insert(rays, scene.seed);
         let (mut beds, tables, plan) = match &scene.geometry {

@@ -16,20 +16,24 @@ use crate::support::scratch::{self, Scratch};
 /// Folder of the replaced files, until all new ones are in their places.
 const REPLACED: &str = ".replaced";
 
-/// Names of files that a run may write. Copies of a scene's files begin as those of [`COPIES`].
-const NAMES: [&str; 22] = [
+/// Files of every result.
+pub(super) const EVERY: [&str; 11] = [
     "signature.csv",
     "signature.nc",
     "signature.svg",
     "signature.png",
-    "signatures.svg",
-    "signatures.png",
     "budget.csv",
     "table.json",
     page::PATCH,
     page::LIGHT,
     page::DROP,
     page::PAGE,
+    RUN,
+];
+/// Files that some results have. Copies of a scene's files begin as those of [`COPIES`].
+const SOME: [&str; 11] = [
+    "signatures.svg",
+    "signatures.png",
     "patch.obj",
     "scene.json",
     "scene.glb",
@@ -39,7 +43,6 @@ const NAMES: [&str; 22] = [
     "prototypes.mtl",
     "drop.json",
     "blender.log",
-    RUN,
 ];
 const COPIES: [&str; 5] = ["spectrum_", "pure_bed_", "sky_", "atmosphere_", "band"];
 
@@ -160,8 +163,8 @@ impl Moves {
 /// content is the recorded one. Those that the run reads stay.
 fn forget(out: &Path, name: &str, earlier: &Output, record: &Record) {
     let file_name = name.rsplit('/').next().unwrap_or_default();
-    let is_ours =
-        NAMES.contains(&file_name) || COPIES.iter().any(|begin| file_name.starts_with(begin));
+    let is_ours = EVERY.iter().chain(&SOME).any(|name| *name == file_name)
+        || COPIES.iter().any(|begin| file_name.starts_with(begin));
     let Ok(path) = output::within(out, name) else { return };
     let (Ok(place), true) = (path.canonicalize(), is_ours) else { return };
     let is_read =

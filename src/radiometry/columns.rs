@@ -73,7 +73,8 @@ impl Columns {
     /// # Errors
     /// A field that is not a finite number.
     pub fn column(&self, heading: &str) -> Result<Option<Vec<f64>>, RadiometryError> {
-        let Some(place) = self.headings.iter().position(|name| name == heading) else {
+        let Some(place) = self.headings.iter().position(|name| name.eq_ignore_ascii_case(heading))
+        else {
             return Ok(None);
         };
         let numbers = self.rows.iter().enumerate().map(|(row, record)| {

@@ -21,7 +21,7 @@ pub enum Method {
     Nem,
     /// The temperature that leaves least of the sky's lines in the emissivity (ISSTES)
     Smoothness,
-    /// The brightness temperature where quartz is nearly black, at 7.36 um
+    /// The brightness temperature at 7.36 um, where the emissivity of quartz is nearly 1
     Christiansen,
 }
 
@@ -47,7 +47,7 @@ const MMD_UM: [f64; 2] = [8.0, 12.0];
 /// settled patch (.0006 to .049). Over the data of the regression it is .015 (Gillespie et al.,
 /// ATBD 2.4, 1999).
 const NEM_ERROR: f64 = 0.035;
-/// Range in which quartz is nearly black, um.
+/// Range in which the emissivity of quartz is nearly 1, um.
 const CHRISTIANSEN_UM: [f64; 2] = [7.33, 7.39];
 /// Emissivity of quartz soils there, with its standard error: 21 measured soils of the ECOSTRESS
 /// library have .9835 +- .0072.
@@ -216,7 +216,9 @@ fn christiansen(bands: &[Measured], assumed: Assumed) -> Result<Temperature, Rad
     let there: Vec<&Measured> =
         bands.iter().filter(|b| (from..=to).contains(&b.wavelength_um)).collect();
     if there.is_empty() {
-        let problem = format!("there is no band within {from} to {to} um, where quartz is black");
+        let problem = format!(
+            "there is no band within {from} to {to} um, where the emissivity of quartz is nearly 1"
+        );
         return Err(refused(Method::Christiansen, problem));
     }
     let [emissivity, error] =

@@ -7,10 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{SpectrumError, kirchhoff};
 use crate::support::file_error::FileError;
-use crate::support::linear::{OutOfRange, ends, interpolate, rounded_within, span};
-
-/// Wavelengths that spectra are likely to have, um.
-pub(super) const LIKELY_UM: [f64; 2] = [0.1, 1000.0];
+use crate::support::linear::{LIKELY_UM, OutOfRange, ends, interpolate, rounded_within, span};
 
 /// A spectrum as points, with straight lines between them.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

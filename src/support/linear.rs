@@ -3,6 +3,9 @@
 /// Ends of ranges may differ by so much, um: sums of steps are rounded.
 const ROUNDING_UM: f64 = 1e-6;
 
+/// Wavelengths outside are more likely in another unit, um.
+pub(crate) const LIKELY_UM: [f64; 2] = [0.1, 1000.0];
+
 /// Files are written with so many digits that a number may be outside its range by this share of
 /// the range.
 const ROUNDING: f64 = 1e-6;
@@ -40,6 +43,13 @@ impl OutOfRange {
 
     /// What the user can do about it.
     pub fn hint(&self) -> String {
+        let [from, to] = self.held_um;
+        if from < LIKELY_UM[0] || to > LIKELY_UM[1] {
+            return "if the unit of its wavelengths is another, write it into the heading, as in \
+                    wavelength_nm, or say it: `soilsig spectra convert FILE --unit nm --out \
+                    FILE.csv`"
+                .into();
+        }
         format!("ask for a range within it: --range {}", span(self.held_um))
     }
 }

@@ -14,17 +14,24 @@ pub fn read(path: &Path) -> Result<String, FileError> {
 
 /// The text of a file's bytes, without a byte order mark and with `\n` at the ends of lines.
 ///
-/// It is read as UTF-16 if its first two bytes say so. Else it is UTF-8, and each byte that is not
+/// It is read as UTF-16 or UTF-32 if its first bytes say so. Else it is UTF-8, and each byte that is not
 /// UTF-8 is Latin-1. Lines may end with `\n`, `\r\n` or `\r`.
 pub fn decode(bytes: &[u8]) -> Cow<'_, str> {
     let text = match bytes {
         [0xef, 0xbb, 0xbf, text @ ..] => utf_8_or_latin_1(text),
+        [0xff, 0xfe, 0, 0, text @ ..] => utf_32(text, u32::from_le_bytes).into(),
+        [0, 0, 0xfe, 0xff, text @ ..] => utf_32(text, u32::from_be_bytes).into(),
         [0xff, 0xfe, text @ ..] => utf_16(text, u16::from_le_bytes).into(),
         [0xfe, 0xff, text @ ..] => utf_16(text, u16::from_be_bytes).into(),
         // UTF-16 without a mark: text has no zero bytes.
         [1..=255, 0, ..] => utf_16(bytes, u16::from_le_bytes).into(),
         [0, 1..=255, ..] => utf_16(bytes, u16::from_be_bytes).into(),
         _ => utf_8_or_latin_1(bytes),
+    };
+    // The mark of an end that old programs write.
+    let text = match text {
+        Cow::Borrowed(text) => Cow::Borrowed(text.trim_end_matches('\u{1a}')),
+        Cow::Owned(text) => Cow::Owned(text.trim_end_matches('\u{1a}').to_owned()),
     };
     if text.contains('\r') { text.replace("\r\n", "\n").replace('\r', "\n").into() } else { text }
 }
@@ -46,6 +53,11 @@ fn utf_16(bytes: &[u8], unit: impl Fn([u8; 2]) -> u16) -> String {
     char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
 }
 
+fn utf_32(bytes: &[u8], unit: impl Fn([u8; 4]) -> u32) -> String {
+    let units = bytes.as_chunks().0.iter().map(|&four| unit(four));
+    units.map(|unit| char::from_u32(unit).unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -57,6 +69,9 @@ mod tests {
         let units = || text.encode_utf16();
         let little: Vec<u8> = units().flat_map(u16::to_le_bytes).collect();
         let big: Vec<u8> = units().flat_map(u16::to_be_bytes).collect();
+        let codes = || text.chars().map(u32::from);
+        let little_32: Vec<u8> = codes().flat_map(u32::to_le_bytes).collect();
+        let big_32: Vec<u8> = codes().flat_map(u32::to_be_bytes).collect();
         for (name, mark, bytes) in [
             ("UTF-8", &[][..], text.as_bytes()),
             ("UTF-8, marked", &[0xef, 0xbb, 0xbf], text.as_bytes()),
@@ -65,6 +80,8 @@ mod tests {
             ("UTF-16, marked", &[0xff, 0xfe], &little),
             ("UTF-16, big end first", &[], &big),
             ("UTF-16, big end first, marked", &[0xfe, 0xff], &big),
+            ("UTF-32, marked", &[0xff, 0xfe, 0, 0], &little_32),
+            ("UTF-32, big end first, marked", &[0, 0, 0xfe, 0xff], &big_32),
         ] {
             assert_eq!(decode(&[mark, bytes].concat()), text, "{name}");
         }

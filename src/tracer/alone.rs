@@ -14,7 +14,9 @@ impl Alone {
     /// either.
     pub(crate) fn trace(tracer: &Tracer, table: &Table, request: &Request) -> Result<Self, Error> {
         let of = table.paths;
-        let target = Target { exactly: Some(Part { first: 0, end: of, of }), ..request.target };
+        // As many paths as the field took: it is the field that ends by the time.
+        let exactly = Some(Part { first: 0, end: of, of });
+        let target = Target { exactly, max_seconds: None, ..request.target };
         let request = Request {
             target,
             resume: None,

@@ -18,6 +18,8 @@ use crate::tracer::{Tracer, WAVE};
 
 /// Paths of the pilot.
 const PILOT: u64 = 1024;
+/// Least paths between two looks at the time.
+const LEAST_WAVE: u64 = 512;
 /// Paths of it that do if they show that half of [`LEAST`] would be enough.
 const GLANCE: u64 = 256;
 /// Least paths of a result.
@@ -90,11 +92,14 @@ pub fn trace(tracer: &Tracer, request: &Request) -> Result<TracedPaths, Error> {
         let reason = StopReason::Interrupted;
         TracedPaths { tally: tracer.nothing(rules), wanted, reason }
     };
+    // Paths traced since the start.
+    let mut ended = 0;
     let mut traced = match (request.resume, target.exactly) {
         (Some(earlier), _) => earlier.clone(),
         (None, Some(part)) => fresh(part.of),
         (None, None) => {
-            let (_, wanted) = pilot(tracer, request)?;
+            let (paths, wanted) = pilot(tracer, request)?;
+            ended = paths;
             fresh(wanted.max(LEAST).min(target.max_paths))
         }
     };
@@ -103,7 +108,8 @@ pub fn trace(tracer: &Tracer, request: &Request) -> Result<TracedPaths, Error> {
         let wanted = target.exactly.map_or(traced.wanted, |part| part.end) - first;
         while traced.tally.paths < wanted {
             let from = first + traced.tally.paths;
-            let to = (from + WAVE).min(first + wanted);
+            let wave = target.max_seconds.map_or(WAVE, |most| wave_in(most, started, ended));
+            let to = (from + wave).min(first + wanted);
             let done = AtomicU64::new(traced.tally.paths);
             let wave = tracer.trace(rules, request.seed, Purpose::Result, from..to, &|paths| {
                 let sum = done.fetch_add(paths, Ordering::Relaxed) + paths;
@@ -111,7 +117,10 @@ pub fn trace(tracer: &Tracer, request: &Request) -> Result<TracedPaths, Error> {
                 monitor.check()
             });
             match wave {
-                Ok(wave) => traced.tally.add(&wave),
+                Ok(wave) => {
+                    ended += wave.paths;
+                    traced.tally.add(&wave);
+                }
                 Err(error) => {
                     (request.save)(&traced)?;
                     return Err(error.into());
@@ -145,6 +154,14 @@ pub fn trace(tracer: &Tracer, request: &Request) -> Result<TracedPaths, Error> {
         }
         traced.wanted = next;
     }
+}
+
+/// Paths to trace before the time is looked at again: those that are likely to end by a limit,
+/// seconds since a start, by the time that `ended` paths took.
+fn wave_in(limit_s: f64, started: Instant, ended: u64) -> u64 {
+    let taken_s = started.elapsed().as_secs_f64();
+    let more = ended as f64 * (limit_s / taken_s - 1.0);
+    (more as u64).clamp(LEAST_WAVE, WAVE)
 }
 
 /// Traces a few paths, which are thrown away: how many, and how many the target needs by them.

@@ -232,6 +232,32 @@ fn bands_in_which_fresnel_grains_let_light_through_are_marked() {
 }
 
 #[test]
+fn the_meaning_of_facets_reaches_the_components_of_a_mix() {
+    let place = Place::new();
+    let mixed = |spectrum: Value| {
+        json!({"spectrum": {"mix": [
+            {"share": 0.25, "spectrum": {"constant": 0.9}},
+            {"share": 0.75, "spectrum": spectrum},
+        ]}})
+    };
+    let powder = json!({"builtin": "quartz_fine"});
+    let inverted = json!({"inverted": {"spectrum": powder}});
+    let emissivity = |facets: &str, spectrum: &Value| {
+        let scene = scene(&place, PLATE, &mixed(spectrum.clone()));
+        let args = ["pipeline", "--scene", &scene, "--facets", facets, "--range", "9-9"];
+        place.run(&[&args[..], &["--tolerance", "0.05", "--out", "out"]].concat(), 0);
+        let signature = place.read("out/signature.csv");
+        let row = signature.lines().last().expect("a band");
+        row.split(',').nth(1).expect("emissivity").parse::<f64>().expect("a number")
+    };
+    let [library, inside] = ["library", "inverted"].map(|facets| emissivity(facets, &powder));
+    // A facet of a powder reflects more than a bed of such facets.
+    assert!(inside < library - 0.02, "{inside} {library}");
+    assert_eq!(emissivity("library", &inverted), library);
+    assert_eq!(emissivity("inverted", &inverted), inside);
+}
+
+#[test]
 fn fresnel_facets_are_specular_unless_the_scene_says_otherwise() {
     let place = Place::new();
     let curve = |specular: Option<f64>| {

@@ -82,7 +82,7 @@ fn scene() -> serde_json::Value {
 }
 
 #[test]
-fn a_killed_run_leaves_an_earlier_result_or_a_whole_one_and_the_next_clears_up() {
+fn a_killed_run_leaves_no_half_result() {
     let trial = Trial::new();
     let second = trial.whole("2");
     trial.forget();

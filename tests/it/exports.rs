@@ -118,7 +118,25 @@ fn dirsigs_files_are_read_as_they_come_and_what_is_left_out_is_said() {
     refused();
     put("a.odb", &(head.to_owned() + &object("OBJ_FILENAME = pit.obj", "  INFO = pit.mov\n")));
     refused();
+    // A scene that could not be read again is not written.
+    put("a.odb", &(head.to_owned() + &object("OBJ_FILENAME = pit.obj", place)));
+    let cold = entry("Class #3", "soil.ems").replace("310", "-3");
+    put("a.mat", &cold);
+    refused();
+    put("a.mat", &entry("Class #3", "soil.ems"));
+    put("pit.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl Class #3\nf 1 3 2\n");
+    refused();
     assert_snapshot!(told);
+    // Braces below their names, quoted names, units in small letters; an ID that is there twice.
+    put("pit.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl Class #3\nf 1 2 3\n");
+    let odb = head.to_owned() + &object("OBJ_FILENAME = \"pit.obj\"", place);
+    put("a.odb", &odb.replace(" {\n", "\n{\n").replace("METERS", "kilometers"));
+    let twice = entry("Class #3", "soil.ems");
+    put("a.mat", &(twice.clone() + &twice.replace("310", "320")));
+    let (scene, left_out) = import().expect("read");
+    assert_eq!(scene.temperature_of(&scene.materials[0]), 310.0);
+    assert_eq!(scene.placed().expect("placed").prototypes[0].unit_um, Some(1e9));
+    assert!(left_out.iter().any(|text| text.contains("the ID of material")), "{left_out:?}");
 }
 
 /// Materials whose names are numbers: another's name is no ID.

@@ -2,16 +2,20 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::time::Instant;
 
 use insta::assert_snapshot;
 use soilsig::geometry::ingest;
 use soilsig::histogram::tally::Kept;
-use soilsig::scene::{Scene, Sides};
+use soilsig::scene::{Grid, Scene, Sides};
 use soilsig::support::error::Failure;
+use soilsig::support::monitor::Monitor;
 use soilsig::support::random::{Purpose, Sampler};
-use soilsig::table::Table;
 use soilsig::table::field::FieldSummary;
+use soilsig::table::{Prepared, StopReason, Table, Target};
 use soilsig::tracer::rules::{Facet, TracingRules};
+use soilsig::tracer::trace::Request;
 use soilsig::tracer::{Tracer, trace};
 use tempfile::TempDir;
 
@@ -204,6 +208,42 @@ fn a_field_is_the_same_on_any_number_of_threads() {
     assert!(tables[0].field.as_ref().expect("a field").alone.is_some());
     assert_eq!(tables[0], tables[1]);
     assert_eq!(tables[0], tables[2]);
+}
+
+/// Hears when the trace of the field itself has ended.
+#[derive(Default)]
+struct Watch {
+    began: OnceLock<Instant>,
+    field_s: OnceLock<f64>,
+}
+
+impl Monitor for Watch {
+    fn at(&self, _: u64, _: u64, what: &str) {
+        let began = self.began.get_or_init(Instant::now);
+        if what.contains("alone") {
+            self.field_s.get_or_init(|| began.elapsed().as_secs_f64());
+        }
+    }
+}
+
+#[test]
+fn a_limit_on_time_holds_for_a_field_and_its_patch_alone() {
+    const LIMIT_S: f64 = 6.0;
+    let (_folder, path) = settled(FIELD);
+    let scene = Scene::read(&path).expect("sound");
+    let tracer = trace::tracer(&scene).expect("a bed");
+    let grid = Grid::new(9.0, 9.0, 0.1).expect("a grid");
+    let prepared = Prepared::new(scene, &grid.wavelengths_um()).expect("spectra");
+    let target = Target { max_seconds: Some(LIMIT_S), ..Target::of(1e-5) };
+    let watch = Watch::default();
+    let table = trace::trace(&tracer, &prepared, Request::new(&grid, target), &watch);
+    let table = table.expect("a table");
+    assert_eq!(table.stop.reached.reason, StopReason::MaxSeconds);
+    assert!(table.field.expect("a field").alone.is_some());
+    // The patch alone takes two thirds: as many paths, within two kinds of sides. Other tests run
+    // at the same time.
+    let field_s = *watch.field_s.get().expect("the patch alone was traced");
+    assert!(field_s < 0.6 * LIMIT_S, "{field_s} s of {LIMIT_S} s");
 }
 
 #[test]

@@ -212,6 +212,25 @@ fn a_buffer_is_found_by_its_encoded_or_its_plain_name() {
         let bed = load(&files, PROTOTYPE).unwrap_or_else(|error| panic!("{uri}: {error}"));
         assert_eq!(facets(&bed, 1.0), facets(&pit(), 1.0), "{uri}");
     }
+    let plain = STANDARD.encode(&file.bytes);
+    let percent: String = file.bytes.iter().map(|byte| format!("%{byte:02x}")).collect();
+    for uri in [
+        format!("DATA:application/octet-stream;BASE64,{plain}"),
+        format!("data:;base64,{}", plain.replace('+', "-").replace('/', "_")),
+        format!("data:application/octet-stream,{percent}"),
+    ] {
+        let bed = load(&[("m.gltf", file.text(&uri).as_bytes())], PROTOTYPE);
+        let bed = bed.unwrap_or_else(|error| panic!("{uri}: {error}"));
+        assert_eq!(facets(&bed, 1.0), facets(&pit(), 1.0), "{uri}");
+    }
+    // Quaternions that are not of length 1 turn, and do not stretch.
+    let longer = File::pit().with(|json| json["nodes"][0]["rotation"] = json!([0, 1.4, 0, 1.4]));
+    let right = File::pit().with(|json| {
+        let half = 0.5_f64.sqrt();
+        json["nodes"][0]["rotation"] = json!([0, half, 0, half]);
+    });
+    let [longer, right] = [longer, right].map(|file| glb(&file.binary(b' ')).expect("read"));
+    assert_eq!(facets(&longer, 1.0), facets(&right, 1.0));
     let mut told = String::new();
     for uri in ["https://there.org/m.bin", "file:///there/m.bin", "/there/m.bin", "%2Fthere/m.bin"]
     {
@@ -523,6 +542,10 @@ fn numbers_that_are_not_all_there_are_refused() {
     refuse(&|json| json["meshes"][0]["primitives"][0]["mode"] = 7.into());
     refuse(&|json| json["meshes"][0]["primitives"][0]["material"] = 7.into());
     refuse(&|json| json["nodes"][0]["mesh"] = 7.into());
+    refuse(&|json| json["accessors"][0]["count"] = 29.into());
+    refuse(&|json| {
+        json["nodes"][0]["matrix"] = json!([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2]);
+    });
     refuse(&|json| json["scenes"][0]["nodes"] = json!([7]));
     refuse(&|json| json["scene"] = 7.into());
     refuse(&|json| drop(json["accessors"][1]["bufferView"].take()));

@@ -16,6 +16,7 @@ mod dust;
 mod exports;
 mod failures;
 mod field;
+mod fuzz;
 
 mod gltf_files;
 mod grains;
@@ -44,6 +45,7 @@ mod reference;
 mod refraction;
 mod retrieval;
 mod rooms;
+mod round_trips;
 mod rules;
 mod sensors;
 mod separation;

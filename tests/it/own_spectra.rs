@@ -6,7 +6,7 @@ use std::fs;
 
 use insta::assert_snapshot;
 use soilsig::spectrum::format::{Format, Reading, Unit, read, read_one};
-use soilsig::spectrum::{Quantity, SpectrumError, Tabulated, Warning};
+use soilsig::spectrum::{Quantity, Spectrum, SpectrumError, Tabulated, Warning};
 use soilsig::support::error::Failure;
 
 use crate::support::{Place, message};
@@ -109,12 +109,20 @@ fn comments_and_lines_above_the_heading_are_heard() {
         "Sample: loess\nDate: 2020-01-02\nWavelength (um),Reflectance\n",
         "Wavelength,Reflectance\n(um),(0-1)\n",
         "% reflectance of sand with 5 % moisture\n",
+        "; reflectance of sand\n",
+        "* reflectance\n* by hand\n",
+        "! Reflectance spectrum\n! wavelength um\n",
+        "Title: sand\nY Units: Reflectance\nX Units: um\n",
+        "\"FTIR reflectance\"\n",
     ] {
         is_right(csv(&format!("{above}{}", reflectance())), above);
     }
     for above in ["# wavelengths in nm\nwavelength,emissivity\n", "# x units: nanometers\n"] {
         is_right(csv(&format!("{above}{}", rows(|um| um * 1e3, EMISSIVITY, ","))), above);
     }
+    // The last line above the numbers is a key, and no heading of columns.
+    let key = "Y Units: Emissivity\nX Units: nm\n";
+    is_right(csv(&format!("{key}{}", rows(|um| um * 1e3, EMISSIVITY, "\t"))), key);
     is_right(
         csv(&format!("# wavelength (nm) reflectance\n{}", rows(|um| um * 1e3, REFLECTANCE, " "))),
         "as numpy writes it",
@@ -193,12 +201,25 @@ fn decimal_commas_quotes_and_trailing_separators_are_read() {
         ("an index", ",wavelength_um,emissivity\n0,8,0.941\n1,9,0.68\n2,10,0.941\n".into()),
         ("errors", "wavelength_um,emissivity,std\n8,0.941,0.1\n9,0.68,0.1\n10,0.941,0.1\n".into()),
         ("another order", "emissivity,wavelength_um\n0.941,8\n0.68,9\n0.941,10\n".into()),
+        ("bars", format!("wavelength_um|emissivity\n{}", rows(|um| um, EMISSIVITY, "|"))),
+        ("single quotes", "'um','emissivity'\n'8','0.941'\n'9','0.68'\n'10','0.941'\n".into()),
+        ("Fortran", "um emissivity\n8.0D+00 9.41D-01\n9.0D+00 0.68\n1.0D+01 0.941\n".into()),
+        ("a true minus", "um,emissivity\n8,9.41e\u{2212}1\n9,6.8e\u{2212}1\n10,0.941\n".into()),
+        ("the mark of an end", format!("um,emissivity\n{}\u{1a}", emissivity())),
         (
             "both units",
             "cm-1,um,emissivity\n1250,8,0.941\n1111.111111111111,9,0.68\n1000,10,0.941\n".into(),
         ),
     ] {
         is_right(csv(&text), of);
+    }
+    for missing in ["", "NA", "#N/A", "--", "NaN"] {
+        let text = format!("um,emissivity\n7,{missing}\n{}11,{missing}\n", emissivity());
+        is_right(csv(&text), missing);
+        // No value is made up where one is missing.
+        let gap = csv(&format!("um,emissivity\n7,0.5\n7.5,{missing}\n{}", emissivity()));
+        let gap = Spectrum::Tabulated(gap.expect(missing)).emissivity(7.5);
+        assert!(matches!(gap, Err(SpectrumError::Gap { .. })), "{missing}: {gap:?}");
     }
     let mut told = String::new();
     for text in [
@@ -314,6 +335,8 @@ fn usgs_text_is_told_by_its_title_and_its_transmittance_refused() {
         "splib07b Record=4021: Kaolinite KGa-1 KBr pellet NIC4bb TRAN",
         "splib07a Record=14: Error bars of Quartz NIC4a AREF",
         "splib07a Record=15: Bandpass (FWHM) ASDFR",
+        "splib07a Record=16: Quartz NIC4a Absorbance",
+        "splib07a Record=17: Quartz NIC4a Emissivity",
     ] {
         let error = one("s.txt", format!(" {title}\n{values}"), &reading).expect_err(title);
         told += &message(&error.to_string().split_once("s.txt").expect("the file").1, error.hint());
@@ -340,6 +363,9 @@ fn headers_of_the_aster_library_may_have_values_of_several_lines_and_blank_ones(
         is_right(one("q.txt", &text, &Reading::default()), description);
         is_right(one("q.txt", text.replace('\n', "\r"), &Reading::default()), "CR alone");
     }
+    let turned = "Name: q\nFirst Column: Y\nSecond Column: X\nX Units: Wavelength (micrometers)\n\
+                  Y Units: Emissivity\n\n0.941 10\n0.68 9\n0.941 8\n";
+    is_right(one("t.txt", turned, &Reading::default()), "values first");
     let text = "Name: basalt\nX Units: Wavelength (micrometers)\nY Units: Emissivity (percent)\n\n\
                 8 94.1\n9 68\n10 94.1\n";
     is_right(one("b.txt", text, &Reading::default()), "emissivity in percent");

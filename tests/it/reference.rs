@@ -237,7 +237,7 @@ fn every_exit_status_is_documented() {
 
 /// What is promised of files, processes and strangers, with the test that keeps it: the file of the
 /// test and its name.
-const PROMISES: [(&str, &str, &str); 26] = [
+const PROMISES: &[(&str, &str, &str)] = &[
     (
         "A record does not choose the program that replays it",
         "tests/it/strangers.rs",
@@ -304,6 +304,11 @@ const PROMISES: [(&str, &str, &str); 26] = [
         "links_are_followed_and_modes_are_kept",
     ),
     (
+        "Other names of a file (hard links) keep its earlier content",
+        "tests/it/places.rs",
+        "links_are_followed_and_modes_are_kept",
+    ),
+    (
         "No result is written over what it is made of",
         "tests/it/command_line.rs",
         "no_result_is_written_over_what_it_is_made_of",
@@ -319,9 +324,14 @@ const PROMISES: [(&str, &str, &str); 26] = [
         "runs_that_race_for_a_folder_and_a_cache_do_not_mix",
     ),
     (
-        "A killed run leaves no half result, and the next clears up",
+        "A killed run leaves no half result",
         "tests/it/durable.rs",
-        "a_killed_run_leaves_an_earlier_result_or_a_whole_one_and_the_next_clears_up",
+        "a_killed_run_leaves_no_half_result",
+    ),
+    (
+        "The run after a killed one clears up",
+        "tests/it/durable.rs",
+        "a_killed_run_leaves_no_half_result",
     ),
     (
         "A write that fails leaves the earlier result as it was",
@@ -368,6 +378,46 @@ const PROMISES: [(&str, &str, &str); 26] = [
         "tests/it/processors.rs",
         "results_do_not_depend_on_the_instruction_set",
     ),
+    (
+        "A limit on time holds for a field too",
+        "tests/it/field.rs",
+        "a_limit_on_time_holds_for_a_field_and_its_patch_alone",
+    ),
+    (
+        "No changed input makes a reader panic or hang",
+        "tests/it/fuzz/mod.rs",
+        "no_parser_panics_or_hangs_on_changed_inputs",
+    ),
+    (
+        "What once was read wrongly is read or refused",
+        "tests/it/fuzz/mod.rs",
+        "no_parser_fails_on_what_once_was_read_wrongly",
+    ),
+    (
+        "The order of keys in JSON does not matter",
+        "tests/it/round_trips.rs",
+        "the_order_of_keys_does_not_matter",
+    ),
+    (
+        "Spectra are read as they were written, bit for bit",
+        "tests/it/round_trips.rs",
+        "spectra_are_read_as_they_were_written",
+    ),
+    (
+        "Images are read as they were written, bit for bit",
+        "tests/it/round_trips.rs",
+        "images_are_read_as_they_were_written",
+    ),
+    (
+        "Scenes and records are read as they were written",
+        "tests/it/round_trips.rs",
+        "scenes_and_records_are_read_as_they_were_written",
+    ),
+    (
+        "Tables are read as they were written",
+        "tests/it/round_trips.rs",
+        "tables_are_read_as_they_were_written",
+    ),
 ];
 
 #[test]
@@ -375,8 +425,8 @@ fn every_promise_has_a_test_that_keeps_it() {
     let mut page = "# Promises\n\n".to_owned();
     page += &wrapped(
         "What soilsig promises of files, processes and strangers' files, and the test that keeps it. \
-         `make torture` does what the tests of kills and failing writes do for longer. SECURITY.md \
-         says what a stranger's file can do.",
+         `make torture` does what the tests of kills and failing writes do for longer, and `make \
+         fuzz` what those of changed inputs do. SECURITY.md says what a stranger's file can do.",
         "",
         "",
     );
@@ -384,9 +434,9 @@ fn every_promise_has_a_test_that_keeps_it() {
     for (promise, file, test) in PROMISES {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
         let code = fs::read_to_string(&path).expect(file);
-        let at =
-            format!("#[test]\n{}fn {test}()", if file.starts_with("src") { "    " } else { "" });
-        assert!(code.contains(&at), "{test} is not in {file}");
+        // Those of modules and of properties stand further in.
+        let is_there = ["", "    "].map(|indent| format!("#[test]\n{indent}fn {test}("));
+        assert!(is_there.iter().any(|at| code.contains(at)), "{test} is not in {file}");
         let _ = writeln!(page, "| {promise} | `{test}` |");
     }
     keep("promises.md", &page);

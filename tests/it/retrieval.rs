@@ -49,6 +49,10 @@ fn envi_images_are_found_and_read_as_other_programs_write_them() {
         assert!((e.spectrum(1, 2)[2] - 0.7).abs() < 1e-6, "{named}");
     }
     for more in [
+        "data units = W m-2 sr-1 um-1\nwavelength = {8, 8.5, 9, 9.5, 10}",
+        "z plot titles = {Wavelength (um), W/(m^2 sr micron)}\nwavelength = {8, 8.5, 9, 9.5, 10}",
+        "data gain values = {1, 1, 1, 1, 1}\nwavelength = {8, 8.5, 9, 9.5, 10}",
+        "wavelength = {8, 8.5, 9, 9.5, 10}\nheader offset = 0.0 ; bytes",
         "wavelength =\n{8, 8.5, 9, 9.5, 10}\nbbl =",
         "wavelength = {\n; centres\n8,\n8.5, 9, 9.5,\n10\n}",
         "description = {by {a tool},\n lines = 99}\nwavelength = {8, 8.5, 9, 9.5, 10}",
@@ -62,6 +66,21 @@ fn envi_images_are_found_and_read_as_other_programs_write_them() {
         place.write("s.hdr", place.read("s.hdr").replace('\n', "\r"));
         retrieved(&place, "s.img", &[]);
     }
+    let mut told = String::new();
+    for more in [
+        "data units = microW/cm2/sr/um",
+        "radiance units = mW m-2 sr-1 um-1",
+        "z plot titles = {Wavelength, Radiance (W m-2 sr-1 nm-1)}",
+        "units = microflicks",
+        "data gain values = {2, 2, 2, 2, 2}",
+        "file compression = 1",
+    ] {
+        let place = Place::new();
+        write_image(&place, "s.img", "s.hdr", &format!("{WAVELENGTHS}\n{more}"));
+        let args = ["retrieve", "s.img", "--temperature", "300", "--out", "e.img"];
+        told += &place.refused(&args, 3);
+    }
+    assert_snapshot!(told);
 }
 
 #[test]

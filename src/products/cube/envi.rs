@@ -33,10 +33,9 @@ impl Cube {
         if file_type.contains("spectral library") {
             return Err(wrong("this is a spectral library, not an image".into()));
         }
-        for key in ["data gain values", "data offset values"] {
-            if header.get(key).is_some() {
-                return Err(wrong(format!("{key} are not supported: apply them before")));
-            }
+        header.refuse_changed_data()?;
+        if let Some(unit) = other_unit(&header) {
+            return Err(wrong(format!("its radiance is in {unit}: convert it to W m-2 sr-1 um-1")));
         }
         let count = |key| header.count(key, None);
         let (lines, samples, bands) = (count("lines")?, count("samples")?, count("bands")?);
@@ -92,6 +91,29 @@ impl Cube {
         };
         envi::write(path, &contents, &data)
     }
+}
+
+/// The unit of radiance that a header states, if it is another than W m-2 sr-1 um-1.
+fn other_unit(header: &Header) -> Option<&str> {
+    let keys = ["data units", "radiance units", "units", "z plot titles"];
+    let mut stated = keys.into_iter().filter_map(|key| header.get(key));
+    let is_other = |text: &&str| {
+        let text = text.to_lowercase().replace(['\u{b5}', '\u{3bc}'], "u");
+        let words: Vec<&str> =
+            text.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty()).collect();
+        if !words.iter().any(|word| word.starts_with("sr") || word.contains("flick")) {
+            return false;
+        }
+        let Some(power) = words.iter().position(|word| ["w", "watt", "watts"].contains(word))
+        else {
+            return true;
+        };
+        let of = &words[power + 1..];
+        let is_um = |word: &&str| word.starts_with("um") || word.starts_with("micro");
+        let is_own = |word: &&str| is_um(word) || ["m", "m2", "1", "2", "sr", "sr1"].contains(word);
+        !(of.iter().all(is_own) && of.iter().any(is_um))
+    };
+    stated.find(is_other)
 }
 
 #[cfg(test)]

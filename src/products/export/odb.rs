@@ -53,12 +53,16 @@ impl<'a> Section<'a> {
     /// Reads a file as one nameless section.
     fn read(path: &'a Path) -> Result<Self, DirsigError> {
         let mut open = Vec::new();
+        // The name of a section whose brace stands in the next line.
+        let mut named: Option<(String, u64)> = None;
         let mut section = Self::new(path, "", 1);
         for (number, line) in (1..).zip(text::read(path)?.lines()) {
             let line = line.trim();
             let code = without_comment(line);
             let pair = line.split_once('=').filter(|_| !line.starts_with('#'));
-            if let Some(name) = code.strip_suffix('{').filter(|name| !name.contains('=')) {
+            if let ("{", Some((name, at))) = (code, named.take_if(|_| !code.is_empty())) {
+                open.push(std::mem::replace(&mut section, Self::new(path, &name, at)));
+            } else if let Some(name) = code.strip_suffix('{').filter(|name| !name.contains('=')) {
                 open.push(std::mem::replace(&mut section, Self::new(path, name.trim(), number)));
             } else if code == "}" {
                 let outer =
@@ -67,6 +71,8 @@ impl<'a> Section<'a> {
                 section.sections.push(inner);
             } else if let Some((key, value)) = pair {
                 section.values.push((key.trim().to_owned(), value.trim().to_owned(), number));
+            } else if code.chars().all(is_of_name) && !code.is_empty() {
+                named = Some((code.to_owned(), number));
             } else if !code.is_empty() {
                 return Err(section.wrong(number, "this is neither NAME = VALUE nor NAME {"));
             }
@@ -89,7 +95,8 @@ impl<'a> Section<'a> {
     /// The value of a key, with its line. Names and files may have a # in them.
     fn get(&self, key: &str) -> Option<(&str, u64)> {
         let (_, value, line) = self.values.iter().find(|(name, ..)| name == key)?;
-        Some((value, *line))
+        let quoted = value.strip_prefix('"').and_then(|value| value.strip_suffix('"'));
+        Some((quoted.unwrap_or(value), *line))
     }
 
     /// A value that has no # but that of a comment.
@@ -113,16 +120,17 @@ impl<'a> Section<'a> {
 
     /// The unit of an object's lengths, um.
     fn unit_um(&self) -> Result<f64, DirsigError> {
-        Ok(match self.word("UNITS") {
-            None => return Err(self.lacks("the object has no UNITS")),
-            Some(("METERS", _)) => 1e6,
-            Some(("CENTIMETERS", _)) => 1e4,
-            Some(("MILLIMETERS", _)) => 1e3,
-            Some(("INCHES", _)) => 25_400.0,
-            Some(("FEET", _)) => 304_800.0,
-            Some((other, line)) => {
-                return Err(self.wrong(line, format!("UNITS = {other} is not known")));
-            }
+        let Some((unit, line)) = self.word("UNITS") else {
+            return Err(self.lacks("the object has no UNITS"));
+        };
+        Ok(match &*unit.to_ascii_uppercase() {
+            "KILOMETERS" => 1e9,
+            "METERS" => 1e6,
+            "CENTIMETERS" => 1e4,
+            "MILLIMETERS" => 1e3,
+            "INCHES" => 25_400.0,
+            "FEET" => 304_800.0,
+            _ => return Err(self.wrong(line, format!("UNITS = {unit} is not known"))),
         })
     }
 
@@ -132,6 +140,10 @@ impl<'a> Section<'a> {
         };
         value.map(parsed).transpose()
     }
+}
+
+fn is_of_name(c: char) -> bool {
+    c.is_ascii_alphanumeric() || c == '_'
 }
 
 fn without_comment(text: &str) -> &str {
@@ -172,8 +184,13 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
         let file = object.file(file);
         let obj = ObjFile::read(&file)?;
         let of_faces = obj.materials();
-        if of_faces.is_empty() {
-            return Err(FileError::wrong(&file, "its faces name no material")
+        if obj.lacks_material() {
+            let problem = if of_faces.is_empty() {
+                "its faces name no material"
+            } else {
+                "some of its faces name no material"
+            };
+            return Err(FileError::wrong(&file, problem)
                 .with_hint(
                     "name the ID of a material of the .mat file above the faces: `usemtl ID`",
                 )
@@ -240,6 +257,11 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
             drop: None,
         }),
     };
+    // A number may be right there and not here.
+    let text = serde_json::to_string(&scene).expect("plain data");
+    if let Err(error) = Scene::parse(&text, mat) {
+        return Err(FileError::wrong(odb, format!("no valid scene follows: {error}")).into());
+    }
     Ok((scene, left_out))
 }
 
@@ -265,6 +287,17 @@ fn materials(
             .ok_or_else(|| {
                 list.lacks(&format!("there is no material {name:?}, which faces name"))
             })?;
+        let same = |other: &&Section| {
+            ["ID", "MATERIAL_ID"].iter().any(|key| {
+                entry.get(key).is_some()
+                    && other.get(key).map(|(id, _)| id) == entry.get(key).map(|(id, _)| id)
+            })
+        };
+        if list.sections.iter().filter(same).count() > 1 {
+            left_out.push(format!(
+                "entries of the .mat with the ID of material {name:?} but the first"
+            ));
+        }
         let property =
             entry.section("SURFACE_PROPERTIES").and_then(|s| s.section("EMISSIVITY_PROP"));
         let of_property = |key| property.and_then(|property| property.get(key));

@@ -215,14 +215,15 @@ impl Spectrum {
         if let Some(Temperature { k, error_k }) = self.other_temperature(known) {
             let _ = writeln!(
                 text,
-                "warning: at 7.36 um, where quartz is nearly black, the target looks {k:.2} +- \
-                 {error_k:.2} K warm: if it is quartz, the given temperature is wrong"
+                "warning: at 7.36 um, where the emissivity of quartz is nearly 1, the target \
+                 looks {k:.2} +- {error_k:.2} K warm: if it holds quartz, the given temperature is \
+                 wrong"
             );
         }
         text
     }
 
-    /// The temperature from the radiance where quartz is black, if it contradicts the given one
+    /// The temperature from the radiance where the emissivity of quartz is nearly 1, if it contradicts the given one
     /// (95 %).
     fn other_temperature(&self, known: &Known) -> Option<Temperature> {
         let Target::Given(given) = known.target else { return None };

@@ -6,11 +6,20 @@ use super::dialect::Dialect;
 use super::words::{self, Column, Said};
 use super::{Reading, Tabulated, Unit, settled, text, unclear, wrong};
 use crate::spectrum::SpectrumError;
-use crate::spectrum::tabulated::{LIKELY_UM, Row, Warning};
-use crate::support::linear::span;
+use crate::spectrum::tabulated::{Row, Warning};
+use crate::support::linear::{LIKELY_UM, span};
 
 /// Marks of comments.
-const COMMENTS: [&str; 4] = ["#", "%", "!", "//"];
+const COMMENTS: [&str; 5] = ["#", "%", "!", "//", "*"];
+
+/// What stands in place of a value that is missing.
+const MISSING: [&str; 9] = ["", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--"];
+
+/// Whether a line is a comment. A semicolon may also stand after an empty first column.
+fn is_comment(line: &str) -> bool {
+    COMMENTS.iter().any(|mark| line.starts_with(mark))
+        || line.strip_prefix(';').is_some_and(|rest| !rest.contains(';'))
+}
 
 /// What stands above the numbers.
 struct Above<'a> {
@@ -36,13 +45,16 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
         let lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
         lines.filter(|(_, line)| !line.trim_matches([',', ';']).is_empty())
     };
-    let is_comment = |line: &str| COMMENTS.iter().any(|mark| line.starts_with(mark));
     let first = lines().filter(|(_, line)| !is_comment(line)).find_map(|(i, line)| {
         Dialect::of(line).map(|dialect| (i, dialect, dialect.fields(line).len()))
     });
     let Some((first, mut dialect, count)) = first else {
-        return Err(wrong(path, 1, "there is no line of numbers"));
+        return Err(wrong(path, 1, "no line of it is columns of numbers"));
     };
+    // The first value may be missing.
+    let widths =
+        lines().skip_while(|(i, _)| *i < first).map(|(_, line)| dialect.fields(line).len());
+    let count = if count == 1 { widths.take(3).max().unwrap_or(count) } else { count };
     let above = Above::new(lines().take_while(|(i, _)| *i < first).collect(), dialect, count);
     let columns = above.columns(path, reading, count, first)?;
     let stated = match reading.unit.or(columns.unit) {
@@ -57,15 +69,22 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
     for (i, line) in lines().skip_while(|(i, _)| *i < first).filter(|(_, line)| !is_comment(line)) {
         let fields = dialect.fields(line);
         dialect.check(path, i, &fields, &mut has_points)?;
-        if fields.len() != count {
+        let is_cut = fields.len() == columns.values && columns.wavelength < columns.values;
+        if fields.len() != count && !is_cut {
             return Err(wrong(path, i, count_problem(fields.len(), count)));
         }
-        let texts = [&fields[columns.wavelength], &fields[columns.values]];
-        let [Some(x), Some(value)] = texts.map(|text| dialect.number(text)) else {
-            let problem = format!("{:?}, {:?} are not two numbers", texts[0], texts[1]);
-            return Err(wrong(path, i, problem));
+        let value = fields.get(columns.values).map_or("", |field| field);
+        let texts = [&fields[columns.wavelength], value];
+        let is_missing = MISSING.contains(&value.to_lowercase().as_str());
+        let (x, value) = match texts.map(|text| dialect.number(text)) {
+            [Some(x), _] if is_missing => (x, None),
+            [Some(x), Some(value)] => (x, super::unless_deleted(value)),
+            _ => {
+                let problem = format!("{:?}, {:?} are not two numbers", texts[0], texts[1]);
+                return Err(wrong(path, i, problem));
+            }
         };
-        rows.push(Row { line: i as u64, um: unit.um(x), value: super::unless_deleted(value) });
+        rows.push(Row { line: i as u64, um: unit.um(x), value });
     }
     let says_percent = reading.quantity.is_none() && quantity.is_percent();
     if says_percent && rows.iter().filter_map(|row| row.value).all(|value| value.abs() <= 1.0) {
@@ -90,23 +109,25 @@ fn count_problem(there: usize, needed: usize) -> String {
 
 /// A line without the mark of a comment.
 fn bare(line: &str) -> &str {
-    line.trim_start_matches(['#', '%', '!', '/', '"', ' ']).trim()
+    line.trim_start_matches(['#', '%', '!', '/', '*', ';', '"', ' ']).trim()
 }
 
 impl<'a> Above<'a> {
     fn new(lines: Vec<(usize, &'a str)>, dialect: Dialect, count: usize) -> Self {
         let fields = |line: &str| dialect.fields(line);
-        let commented = |line: &str| COMMENTS.iter().any(|mark| line.starts_with(mark));
+        let commented = is_comment;
         let Some(&(last, line)) = lines.last() else { return Self { lines, heading: None } };
         let heading = if commented(line) {
             // As numpy writes it. Most comments are prose.
             let fields = apart(&fields(bare(line)), count);
             let known = |field: &String| words::column(field) != Column::Unknown;
-            let is_of = |field| matches!(words::column(field), Column::Wavelength(_));
-            let has_unit = |field| matches!(words::column(field), Column::Wavelength(Some(_)));
+            let is_of = |field: &String| matches!(words::column(field), Column::Wavelength(_));
+            let has_unit =
+                |field: &String| matches!(words::column(field), Column::Wavelength(Some(_)));
             let is_heading = fields.iter().all(known) && fields.iter().any(|f| is_of(f))
                 || fields.iter().any(|f| has_unit(f));
-            (fields.len() == count && is_heading).then_some(fields)
+            let is_all = fields.iter().all(is_of);
+            (fields.len() == count && is_heading && !is_all).then_some(fields)
         } else {
             let mut heading = fields(line);
             // Units may be in a row of their own.
@@ -118,7 +139,8 @@ impl<'a> Above<'a> {
                 }
                 heading = above.iter().zip(&heading).map(|(a, b)| format!("{a} {b}")).collect();
             }
-            Some(heading)
+            // One field is no heading of columns: a title, or a key with its value.
+            Some(heading).filter(|fields| fields.len() > 1)
         };
         Self { lines, heading: heading.map(|fields| (last, fields)) }
     }
@@ -132,7 +154,7 @@ impl<'a> Above<'a> {
         first: usize,
     ) -> Result<Columns, SpectrumError> {
         let heading = self.heading.as_ref().map(|(i, fields)| (*i, apart(fields, count)));
-        let Some((line, fields)) = heading.filter(|(_, fields)| fields.len() > 1) else {
+        let Some((line, fields)) = heading else {
             if count != 2 {
                 return Err(wrong(path, first, of_numbers(count)));
             }
@@ -270,17 +292,17 @@ impl<'a> Above<'a> {
         if !all_same(&prose) {
             return Err(several());
         }
-        let has_heading = self.heading.is_some()
-            || self
-                .lines
-                .iter()
-                .any(|(_, line)| !COMMENTS.iter().any(|mark| line.starts_with(mark)));
+        let has_heading =
+            self.heading.is_some() || self.lines.iter().any(|(_, line)| !is_comment(line));
         match prose.into_iter().next() {
             None if has_heading => Err(unclear(
                 path,
                 format!(
                     "the heading {:?} names no known quantity",
-                    self.heading.as_ref().map_or(String::new(), |(_, fields)| fields.join(", "))
+                    self.heading.as_ref().map_or_else(
+                        || self.lines.last().map_or("", |(_, line)| line).to_owned(),
+                        |(_, fields)| fields.join(", ")
+                    )
                 ),
             )),
             said => Ok(said),

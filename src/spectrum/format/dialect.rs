@@ -17,6 +17,7 @@ enum Separator {
     Tab,
     Semicolon,
     Comma,
+    Bar,
     Blanks,
 }
 
@@ -38,6 +39,8 @@ impl Dialect {
             // Quoted numbers may have decimal commas even so.
             let quoted = with(Separator::Comma, true);
             [by_comma, by_blanks, quoted].into_iter().find(fits).unwrap_or(by_comma)
+        } else if line.contains('|') {
+            with(Separator::Bar, false)
         } else {
             with(Separator::Blanks, false)
         };
@@ -64,6 +67,7 @@ impl Dialect {
             Separator::Tab => split('\t').into_iter().filter(|field| !field.is_empty()).collect(),
             Separator::Semicolon => split(';'),
             Separator::Comma => split(','),
+            Separator::Bar => split('|'),
             Separator::Blanks => line.split_whitespace().map(|f| f.replace('"', "")).collect(),
         };
         let end = fields.iter().rposition(|field| !field.is_empty()).map_or(0, |last| last + 1);
@@ -73,10 +77,13 @@ impl Dialect {
 
     /// The number that a field is, if it is one.
     pub(super) fn number(self, field: &str) -> Option<f64> {
+        let field = field.trim_matches('\'');
         if self.has_decimal_commas && field.contains(',') {
             return field.replacen(',', ".", 1).parse().ok();
         }
-        field.parse().ok()
+        // Fortran's exponents, and the minus of word processors.
+        let plain = || field.replace('\u{2212}', "-").replacen(['d', 'D'], "e", 1);
+        field.parse().ok().or_else(|| plain().parse().ok())
     }
 
     /// Checks that the numbers of a line are written as those of the first: decimals after commas

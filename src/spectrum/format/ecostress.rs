@@ -87,9 +87,17 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
     let starts_with_number =
         |line: &str| line.split_whitespace().next().is_some_and(|word| word.parse::<f64>().is_ok());
     let rows = lines[end..].iter().skip_while(|(_, line)| !starts_with_number(line));
+    // The order of the columns is stated too.
+    let is_turned = get("first column").1.eq_ignore_ascii_case("y");
     let rows: Vec<_> = rows
         .filter(|(_, line)| !line.trim().is_empty())
-        .map(|&(i, line)| row(path, i, unit, &line.split_whitespace().collect::<Vec<_>>()))
+        .map(|&(i, line)| {
+            let mut fields: Vec<&str> = line.split_whitespace().collect();
+            if is_turned {
+                fields.reverse();
+            }
+            row(path, i, unit, &fields)
+        })
         .collect::<Result<_, _>>()?;
     let (count_line, count) = get("number of x values");
     if count.parse::<usize>().is_ok_and(|count| count != rows.len()) {

@@ -22,6 +22,7 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, Spe
         let problem = format!("the file type is {file_type:?}, not ENVI Spectral Library");
         return Err(header.wrong(problem).into());
     }
+    header.refuse_changed_data()?;
     let (channels, spectra) = (header.count("samples", None)?, header.count("lines", None)?);
     if header.count("bands", Some(1))? != 1 {
         return Err(header.wrong("a spectral library must have bands = 1").into());

@@ -3,7 +3,10 @@
 
 use std::path::Path;
 
-use super::{Quantity, Reading, Row, Tabulated, Unit, number, text, unless_deleted, wrong};
+use super::words::{self, Said};
+use super::{
+    Quantity, Reading, Row, Tabulated, Unit, number, text, unclear, unless_deleted, wrong,
+};
 use crate::spectrum::SpectrumError;
 use crate::spectrum::tabulated::Warning;
 use crate::support::file_error::FileError;
@@ -37,7 +40,16 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
         of_version_6(path, &text, reading)?
     };
     refuse_transmission(path, &name)?;
-    let quantity = reading.quantity.unwrap_or(Quantity::Reflectance);
+    let quantity = match (reading.quantity, words::said(&name, false)) {
+        (Some(quantity), _) => quantity,
+        (None, Some(Said::Absorbance)) => {
+            return Err(SpectrumError::Absorbance { path: path.to_owned(), said: name });
+        }
+        (None, Some(Said::Quantity(Quantity::Emissivity | Quantity::EmissivityPercent))) => {
+            return Err(unclear(path, format!("its title names emissivity: {:?}", name.trim())));
+        }
+        (None, _) => Quantity::Reflectance,
+    };
     let mut spectrum = Tabulated::of_rows(path, rows, quantity, reading.range_um)?;
     spectrum.name = Some(name.split_whitespace().collect::<Vec<_>>().join(" "));
     if quantity.is_reflectance() {

@@ -71,7 +71,7 @@ pub(super) fn target_temperature(setting: &Setting) -> Result<Vec<Point>, Error>
     stage.grid = Grid::new(7.3, 12.0, 0.02).expect("a grid");
     let bands = stage.run()?.bands;
     let wrong_k = [-10.0, -5.0, -2.0, -1.0, -0.5, -0.2, 0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
-    setting.sweep(&wrong_k, "where quartz is nearly black", |wrong_k| {
+    setting.sweep(&wrong_k, "where the emissivity of quartz is nearly 1", |wrong_k| {
         retrieved(&bands, 270.0, 300.0 + wrong_k)
     })
 }

@@ -42,6 +42,19 @@ impl Header {
         items.filter(|_| !value.is_empty()).collect()
     }
 
+    /// Refuses gains and offsets that change the numbers, and data that are packed.
+    pub(crate) fn refuse_changed_data(&self) -> Result<(), FileError> {
+        for (key, neutral) in [("data gain values", 1.0), ("data offset values", 0.0)] {
+            if self.numbers(key)?.iter().any(|value| *value != neutral) {
+                return Err(self.wrong(format!("{key} are not supported: apply them before")));
+            }
+        }
+        if self.number("file compression")?.is_some_and(|packed| packed != 0.0) {
+            return Err(self.wrong("its data are compressed: write them without compression"));
+        }
+        Ok(())
+    }
+
     fn numbers(&self, key: &str) -> Result<Vec<f64>, FileError> {
         let number = |item: &String| {
             item.parse().map_err(|_| self.wrong(format!("{key}: {item:?} is not a number")))
@@ -56,7 +69,8 @@ impl Header {
     pub(crate) fn count(&self, key: &str, default: Option<usize>) -> Result<usize, FileError> {
         match self.get(key) {
             None => default.ok_or_else(|| self.wrong(format!("{key} is missing"))),
-            Some(text) => text.parse().map_err(|_| {
+            // 15.0, "15" and 15 ; lines are written as well.
+            Some(text) => first_word(text).parse::<f64>().ok().and_then(whole).ok_or_else(|| {
                 self.wrong(format!(
                     "{key} = {text} is not a valid count: it must be a whole number"
                 ))
@@ -89,6 +103,18 @@ impl Header {
                 .map_err(|_| self.wrong(format!("bbl: {item:?} is not a number"))),
         }
     }
+}
+
+/// The first word of a value, without quotes and without a comment after it.
+fn first_word(text: &str) -> &str {
+    text.split(';').next().unwrap_or_default().trim().trim_matches(['"', '\''])
+}
+
+/// The count that a number is.
+fn whole(number: f64) -> Option<usize> {
+    // Up to here all whole numbers are exact.
+    let is_count = number.fract() == 0.0 && (0.0..=9e15).contains(&number);
+    is_count.then_some(number as usize)
 }
 
 /// The values of a header's text by their keys; `None` if it is not one.

@@ -56,9 +56,20 @@ pub(super) fn in_text(path: &Path, file: &Gltf) -> Result<Vec<Option<Vec<u8>>>, 
 fn decoded(uri: &str) -> Option<Vec<u8>> {
     let config =
         GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
-    let (_, text) = uri.split_once(";base64,")?;
+    let (head, text) = uri.split_once(',')?;
     let mut text: Vec<u8> = percent_decode_str(text).collect();
+    if !head.to_ascii_lowercase().ends_with(";base64") {
+        return Some(text);
+    }
     text.retain(|byte| !byte.is_ascii_whitespace());
+    // The letters for addresses do as well.
+    for byte in &mut text {
+        match byte {
+            b'-' => *byte = b'+',
+            b'_' => *byte = b'/',
+            _ => {}
+        }
+    }
     GeneralPurpose::new(&STANDARD, config).decode(text).ok()
 }
 

@@ -116,6 +116,10 @@ fn surface(
             let problem = format!("a face names vertex {greatest}, but the mesh has {count}");
             return Err(wrong(&problem).into());
         }
+        if primitive.mode == 4 && !indices.len().is_multiple_of(3) {
+            let problem = format!("{} corners do not make whole triangles", indices.len());
+            return Err(wrong(&problem).into());
+        }
         let triangles = cut(&indices);
         let first = points.len();
         points.extend(own.into_iter().map(|point| point * unit_um));

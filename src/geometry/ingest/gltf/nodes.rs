@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::{DAffine3, DMat3, DQuat, DVec4, Mat4, Vec3, Vec4};
+use gltf::scene::Transform;
 
 use super::Shape;
 use super::accessor::{Data, FLOAT, SIGNED_OR_FLOAT};
@@ -42,8 +43,7 @@ pub(super) fn places(
         if node.extensions.visibility.as_ref().and_then(|of| of.visible) == Some(false) {
             continue;
         }
-        let matrix = Mat4::from_cols_array_2d(&read.transform().matrix());
-        let place = above * DAffine3::from_mat4(matrix.as_dmat4());
+        let place = above * place_of(read.transform()).map_err(at)?;
         names.extend(node.name.clone());
         let inside = inside || object.is_some_and(|object| node.name.as_deref() == Some(object));
         if let (Some(mesh), true) = (node.mesh, inside) {
@@ -85,6 +85,22 @@ pub(super) fn places(
         return Err(wrong("there are no meshes").into());
     }
     Ok(places)
+}
+
+/// The place that a node has below another, or what is wrong with it.
+fn place_of(transform: Transform) -> Result<DAffine3, &'static str> {
+    match transform {
+        Transform::Decomposed { translation, rotation, scale } => {
+            Ok(placed(translation, rotation, scale))
+        }
+        Transform::Matrix { matrix } => {
+            let matrix = Mat4::from_cols_array_2d(&matrix).as_dmat4();
+            if matrix.row(3) != DVec4::W {
+                return Err("the last row of its matrix is not 0, 0, 0, 1");
+            }
+            Ok(DAffine3::from_mat4(matrix))
+        }
+    }
 }
 
 /// A place by its shift, its turn, as x, y, z, w of a quaternion, and its scale.

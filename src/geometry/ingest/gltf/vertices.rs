@@ -7,6 +7,9 @@ use super::accessor::{Data, FLOAT, SIGNED_OR_FLOAT, UNSIGNED};
 use super::file::{Attributes, COMPRESSED, Primitive};
 use crate::support::file_error::FileError;
 
+/// Numbers without decimals.
+const WHOLE: [u32; 5] = [5120, 5121, 5122, 5123, 5125];
+
 /// The vertices of a primitive, whose accessors are all there.
 pub(super) struct Vertices<'a> {
     data: &'a Data<'a>,
@@ -39,7 +42,7 @@ impl<'a> Vertices<'a> {
             return Err(wrong(problem).with_hint(COMPRESSED));
         }
         let position = position.ok_or_else(|| wrong("there are no vertex positions"))?;
-        if accessor.is_some_and(|of| !FLOAT.contains(&of.component_type)) {
+        if accessor.is_some_and(|of| WHOLE.contains(&of.component_type)) {
             let problem = "its vertices are rounded to whole numbers, by KHR_mesh_quantization";
             return Err(wrong(problem).with_hint(COMPRESSED));
         }

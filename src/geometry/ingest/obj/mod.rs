@@ -17,6 +17,18 @@ use crate::support::file_error::FileError;
 use crate::support::text;
 use plain::{Part, Plain};
 
+/// What else than a .obj file a text without faces is.
+fn other_format(text: &str) -> Option<&'static str> {
+    let first = text.split_whitespace().next().unwrap_or_default();
+    match &*first.to_ascii_lowercase() {
+        "ply" => Some("a PLY file"),
+        "solid" => Some("an STL file"),
+        "off" => Some("an OFF file"),
+        _ if text.chars().take(1024).any(|c| c < '\t') => Some("a file of bytes"),
+        _ => None,
+    }
+}
+
 /// A .obj file as tobj gives it: a model for each part.
 pub(crate) struct ObjFile {
     path: PathBuf,
@@ -41,7 +53,14 @@ impl ObjFile {
     /// A vertex without three finite numbers, a face with a corner that is not in the file, or a
     /// surface that is not made of polygons.
     pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Self, FileError> {
-        Self::of(path, &Plain::new(path, &text::decode(bytes), false)?)
+        let text = text::decode(bytes);
+        let file = Self::of(path, &Plain::new(path, &text, false)?)?;
+        match other_format(&text) {
+            Some(other) if file.models.is_empty() => {
+                Err(FileError::wrong(path, format!("it is {other}, not the text of a .obj file")))
+            }
+            _ => Ok(file),
+        }
     }
 
     fn of(path: &Path, plain: &Plain) -> Result<Self, FileError> {
@@ -70,6 +89,11 @@ impl ObjFile {
     /// Names of the materials.
     pub(crate) fn materials(&self) -> BTreeSet<&str> {
         named(self.models.iter().map(|(part, _)| part.material.most_likely()))
+    }
+
+    /// Whether some faces name no material.
+    pub(crate) fn lacks_material(&self) -> bool {
+        self.models.iter().any(|(part, _)| part.material.most_likely().is_empty())
     }
 
     /// The vertices of an object, or of the whole file, and the corners of each face among them.
