@@ -22,6 +22,7 @@ pub mod schema;
 mod signature;
 mod spectra;
 mod stress;
+mod sweep;
 pub mod terminal;
 mod trace;
 
@@ -54,6 +55,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Pipeline(pipeline::Args),
+    Sweep(sweep::Args),
     Trace(trace::Args),
     Merge(merge::Args),
     Signature(signature::Args),
@@ -100,6 +102,7 @@ pub fn run() -> ExitCode {
     let context = Context { cache: Cache::of_user(), terminal, verbose: cli.verbose };
     let result = match &cli.command {
         Command::Pipeline(args) => pipeline::run(args, &context),
+        Command::Sweep(args) => sweep::run(args, &context),
         Command::Trace(args) => trace::run(args, &context),
         Command::Merge(args) => merge::run(args, &context),
         Command::Signature(args) => signature::run(args, &context),

@@ -1,10 +1,11 @@
 //! Beds from Blender, copied to their places with the files that their scenes name.
 
+use std::path::Path;
 use std::time::Duration;
 
 use super::{Bed, Run};
-use crate::beds::Order;
 use crate::beds::own_grains::OwnGrains;
+use crate::beds::{Order, Wanted};
 use crate::blender;
 use crate::scene::{Packing, Placed, Scene, SceneGeometry, Sides};
 use crate::spectrum;
@@ -51,10 +52,7 @@ impl Run<'_> {
         }
         let order = Order {
             blender: &blender,
-            scene: &prepared.scene,
-            packing,
-            own_grains: library,
-            seeds: &seeds,
+            beds: Wanted::of_seeds(&prepared.scene, packing, library, &seeds),
             of_first: &extra,
             time_limit: limit,
         };
@@ -81,35 +79,49 @@ impl Run<'_> {
         for file in made.files.iter().filter(|file| *file != "scene.json") {
             self.folder.copy(&made.folder.join(file), &self.of_packing(packing, file))?;
         }
-        let placed = Scene::read(&made.folder.join("scene.json"))?;
-        let seed = random::seed_of(scene.seed, packing);
-        // The file that is written has the changes in it.
-        let mut placed =
-            Scene { geometry: placed.geometry, seed, changes: Vec::new(), ..scene.clone() };
-        if let SceneGeometry::Placed(Placed { domain, origin, .. }) = &mut placed.geometry {
-            *origin = recipe.origin();
-            if let (Some(particles), Some(domain)) = (self.options.field, domain) {
-                domain.sides = Sides::Field { particles, seed: packing as u64 };
-            }
-        }
-        self.bring_files(packing, &mut placed)?;
-        let name = self.of_packing(packing, "scene.json");
-        let text = serde_json::to_string_pretty(&placed).expect("plain data");
-        self.folder.write(&name, text + "\n")?;
-        placed.file = self.folder.place(&name);
-        Ok(Bed { prepared: prepared.with(placed), sources: None, tracer: None })
-    }
-
-    /// Copies the files that a scene names beside the placed scene, so that it can stand alone.
-    fn bring_files(&mut self, packing: usize, scene: &mut Scene) -> Result<(), Error> {
-        let folder = scene.folder().to_owned();
         let below = self.of_packing(packing, "");
-        for file in scene.files_mut() {
-            for from in spectrum::format::files(&folder.join(&file.path)) {
-                self.folder.copy(&from, &format!("{below}{}", file.copy_name(&from)))?;
-            }
-            *file.path = file.copy_name(file.path).into();
+        let mut placed = placed(made, scene, recipe, packing, &mut |from, name| {
+            self.folder.copy(from, &format!("{below}{name}"))
+        })?;
+        if let (Some(particles), SceneGeometry::Placed(Placed { domain: Some(domain), .. })) =
+            (self.options.field, &mut placed.geometry)
+        {
+            domain.sides = Sides::Field { particles, seed: packing as u64 };
         }
-        Ok(())
+        let name = self.of_packing(packing, "scene.json");
+        self.folder.write(&name, file_text(&placed))?;
+        placed.file = self.folder.place(&name);
+        Ok(Bed::new(prepared.with(placed)))
     }
+}
+
+/// The text of a scene file.
+pub(crate) fn file_text(scene: &Scene) -> String {
+    serde_json::to_string_pretty(scene).expect("plain data") + "\n"
+}
+
+/// The scene of a settled bed with the materials, the view and the seed of its recipe's. `copy` puts
+/// each file that it names beside it, under a name of its own, so that it can stand alone.
+pub(crate) fn placed(
+    made: &Made,
+    scene: &Scene,
+    recipe: &Packing,
+    packing: usize,
+    copy: &mut dyn FnMut(&Path, &str) -> Result<(), Error>,
+) -> Result<Scene, Error> {
+    let Scene { mut geometry, .. } = Scene::read(&made.folder.join("scene.json"))?;
+    if let SceneGeometry::Placed(Placed { origin, .. }) = &mut geometry {
+        *origin = recipe.origin();
+    }
+    let seed = random::seed_of(scene.seed, packing);
+    // The file that is written has the changes in it.
+    let mut placed = Scene { geometry, seed, changes: Vec::new(), ..scene.clone() };
+    let folder = scene.folder();
+    for file in placed.files_mut() {
+        for from in spectrum::format::files(&folder.join(&file.path)) {
+            copy(&from, &file.copy_name(&from))?;
+        }
+        *file.path = file.copy_name(file.path).into();
+    }
+    Ok(placed)
 }

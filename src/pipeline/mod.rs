@@ -31,9 +31,11 @@ use crate::support::{output, scratch};
 use crate::table::Prepared;
 use crate::tracer::Tracer;
 
+pub(crate) use bring::{file_text, placed};
 pub use error::PipelineError;
+pub(crate) use options::target_of;
 pub use options::{Auto, HowMany, MOST_SECONDS, Options, Source};
-pub(crate) use results::program;
+pub(crate) use results::{TABLE, program};
 
 /// Files of every result.
 const WRITTEN: [&str; 11] = [
@@ -145,7 +147,7 @@ struct Run<'a> {
 }
 
 /// A settled bed, as the tracer takes it.
-struct Bed {
+pub(crate) struct Bed {
     prepared: Prepared,
     /// The bytes of its meshes, once they are read.
     sources: Option<Sources>,
@@ -154,6 +156,11 @@ struct Bed {
 }
 
 impl Bed {
+    /// A bed whose files are read when they are needed.
+    pub(crate) fn new(prepared: Prepared) -> Self {
+        Self { prepared, sources: None, tracer: None }
+    }
+
     /// The bytes of its meshes.
     fn sources(&mut self) -> Result<&Sources, Error> {
         if self.sources.is_none() {

@@ -94,17 +94,22 @@ impl Options {
         }
     }
 
-    /// The target of the trace of each of several beds. The rays of all together make at most half
-    /// of the tolerance, since the spread between beds needs the rest.
+    /// The target of the trace of each of several beds.
     pub(super) fn target(&self, beds: usize) -> Target {
-        let tolerance = match beds {
-            1 => self.tolerance,
-            n => (self.tolerance * (n as f64).sqrt() / 2.0).min(0.5),
-        };
         let Self { max_paths, max_seconds, .. } = *self;
-        // Given-up paths leave the same open in every bed: more beds do not lessen it.
-        Target { tolerance, max_paths, max_seconds, ..Target::of(self.tolerance) }
+        Target { max_paths, max_seconds, ..target_of(self.tolerance, beds) }
     }
+}
+
+/// The target of the trace of each of several beds, of which the mean is to reach a tolerance. The
+/// rays of all together make at most half of it, since the spread between beds needs the rest.
+pub(crate) fn target_of(tolerance: f64, beds: usize) -> Target {
+    let of_each = match beds {
+        1 => tolerance,
+        n => (tolerance * (n as f64).sqrt() / 2.0).min(0.5),
+    };
+    // Given-up paths leave the same open in every bed: more beds do not lessen it.
+    Target { tolerance: of_each, ..Target::of(tolerance) }
 }
 
 /// How many packings are dropped.
