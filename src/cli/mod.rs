@@ -2,6 +2,8 @@
 
 mod arguments;
 mod blender;
+mod bundle;
+mod cache;
 mod chart;
 mod completions;
 mod diff;
@@ -63,6 +65,7 @@ enum Command {
     Retrieve(retrieve::Args),
     Match(matching::Args),
     Replay(replay::Args),
+    Bundle(bundle::Args),
     Report(report::Args),
     Image(image::Args),
     Export(export::Args),
@@ -73,6 +76,7 @@ enum Command {
     Picture(picture::Args),
     Chart(chart::Args),
     Stress(stress::Args),
+    Cache(cache::Args),
     Doctor(doctor::Args),
     Schema(schema::Args),
     Completions(completions::Args),
@@ -110,6 +114,7 @@ pub fn run() -> ExitCode {
         Command::Retrieve(args) => retrieve::run(args, &context),
         Command::Match(args) => matching::run(args, &context),
         Command::Replay(args) => replay::run(args, &context),
+        Command::Bundle(args) => bundle::run(args, &context),
         Command::Report(args) => report::run(args, &context),
         Command::Image(args) => image::run(args, &context),
         Command::Export(args) => export::run(args, &context),
@@ -120,6 +125,7 @@ pub fn run() -> ExitCode {
         Command::Picture(args) => picture::run(args, &context),
         Command::Chart(args) => chart::run(args, &context),
         Command::Stress(args) => stress::run(args, &context),
+        Command::Cache(args) => cache::run(args, &context),
         Command::Doctor(args) => doctor::run(args, &context),
         Command::Schema(args) => schema::run(args, &context),
         Command::Completions(args) => completions::run(args, &context),

@@ -3,6 +3,7 @@
 mod bring;
 mod error;
 mod folder;
+pub mod inputs;
 mod options;
 pub mod page;
 mod planned;
@@ -11,6 +12,7 @@ mod result;
 mod results;
 
 use std::path::Path;
+use std::time::SystemTime;
 
 use sha2::{Digest, Sha256};
 
@@ -27,7 +29,7 @@ use crate::support::cache::Cache;
 use crate::support::error::Error;
 use crate::support::lock::Lock;
 use crate::support::monitor::Monitor;
-use crate::support::{output, scratch};
+use crate::support::{output, ro_crate, scratch};
 use crate::table::Prepared;
 use crate::tracer::Tracer;
 
@@ -38,7 +40,7 @@ pub use options::{Auto, HowMany, MOST_SECONDS, Options, Source};
 pub(crate) use results::{TABLE, program};
 
 /// Files of every result.
-const WRITTEN: [&str; 11] = [
+const WRITTEN: [&str; 12] = [
     "signature.csv",
     "signature.nc",
     "signature.svg",
@@ -49,6 +51,7 @@ const WRITTEN: [&str; 11] = [
     page::LIGHT,
     page::DROP,
     page::PAGE,
+    ro_crate::FILE,
     RUN,
 ];
 
@@ -64,6 +67,7 @@ pub fn run(
     cache: &Cache,
     monitor: &dyn Monitor,
 ) -> Result<Record, Error> {
+    let started = SystemTime::now();
     let _lock = Lock::of(out)?;
     scratch::clear_temporary();
     let new = result::begin(out)?;
@@ -72,24 +76,32 @@ pub fn run(
     let mut results = Vec::new();
     let scenes = scenes(options, &mut record)?;
     let several = scenes.len() > 1;
+    if let Source::Coverage(_) = options.source {
+        let mut folder = Folder { out, new: new.path(), below: "", record: &mut record, monitor };
+        for scene in of_source(&options.source, folder.record)? {
+            folder.write(&format!("{}/{}.json", inputs::INPUTS, scene.name), file_text(&scene))?;
+        }
+    }
     for scene in scenes {
         let name = scene.name.clone();
         let below = if several { &*name } else { "" };
         let folder = Folder { out, new: new.path(), below, record: &mut record, monitor };
         results.push(Run::new(options, cache, folder).scene(scene)?);
     }
+    let folder = Folder { out, new: new.path(), below: "", record: &mut record, monitor };
+    let mut run = Run::new(options, cache, folder);
     if several {
-        let folder = Folder { out, new: new.path(), below: "", record: &mut record, monitor };
-        let mut run = Run::new(options, cache, folder);
         run.draw_all(&results)?;
         run.page_of_all(&results)?;
     }
+    run.folder.copy_inputs()?;
+    run.folder.write_crate(started)?;
     result::put(&record, earlier.as_ref(), &new, out)?;
     Ok(record)
 }
 
 /// The record's file.
-const RUN: &str = "run.json";
+pub const RUN: &str = "run.json";
 
 /// The scenes of a run, with all that its options replace in them.
 fn scenes(options: &Options, record: &mut Record) -> Result<Vec<Scene>, Error> {

@@ -7,17 +7,19 @@ use std::path::{Path, PathBuf};
 
 use super::RUN;
 use super::folder::UNFINISHED;
+use super::inputs;
 use super::page;
 use super::record::{Output, Record};
 use crate::support::error::Error;
 use crate::support::output::{self, OutputError};
+use crate::support::ro_crate;
 use crate::support::scratch::{self, Scratch};
 
 /// Folder of the replaced files, until all new ones are in their places.
 const REPLACED: &str = ".replaced";
 
 /// Names of files that a run may write. Copies of a scene's files begin as those of [`COPIES`].
-const NAMES: [&str; 22] = [
+const NAMES: [&str; 23] = [
     "signature.csv",
     "signature.nc",
     "signature.svg",
@@ -39,6 +41,7 @@ const NAMES: [&str; 22] = [
     "prototypes.mtl",
     "drop.json",
     "blender.log",
+    ro_crate::FILE,
     RUN,
 ];
 const COPIES: [&str; 5] = ["spectrum_", "pure_bed_", "sky_", "atmosphere_", "band"];
@@ -160,8 +163,9 @@ impl Moves {
 /// content is the recorded one. Those that the run reads stay.
 fn forget(out: &Path, name: &str, earlier: &Output, record: &Record) {
     let file_name = name.rsplit('/').next().unwrap_or_default();
-    let is_ours =
-        NAMES.contains(&file_name) || COPIES.iter().any(|begin| file_name.starts_with(begin));
+    let is_ours = NAMES.contains(&file_name)
+        || COPIES.iter().any(|begin| file_name.starts_with(begin))
+        || Path::new(name).starts_with(inputs::INPUTS);
     let Ok(path) = output::within(out, name) else { return };
     let (Ok(place), true) = (path.canonicalize(), is_ours) else { return };
     let is_read =

@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 /// The file's name.
 pub const FILE: &str = "ro-crate-metadata.json";
 
+const CONTEXT: &str = "https://w3id.org/ro/crate/1.1/context";
 const PROFILE: &str = "https://w3id.org/ro/wfrun/process/0.5";
 
 /// A run, and its files by their paths below the result's folder, with their SHA-256 if it is known.
@@ -63,12 +64,14 @@ impl Run<'_> {
         let id = |id: &str| json!({ "@id": id });
         let reference = |(path, _): &(String, Option<String>)| id(&escaped(path));
         let folders: Vec<Value> = self.folders.iter().map(|(path, _)| id(path)).collect();
-        let [inputs, outputs] =
-            [&self.inputs, &self.outputs].map(|files| files.iter().map(reference).collect::<Vec<_>>());
+        let [inputs, outputs] = [&self.inputs, &self.outputs]
+            .map(|files| files.iter().map(reference).collect::<Vec<_>>());
         let parts = [&inputs[..], &outputs, &folders].concat();
+        let results = [&outputs[..], &folders].concat();
         let is_known = |(key, ..): &&(&str, &str, &str)| self.versions.contains_key(*key);
         let programs = || PROGRAMS.iter().filter(is_known);
-        let needed: Vec<Value> = programs().skip(1).map(|(key, ..)| id(&format!("#{key}"))).collect();
+        let needed: Vec<Value> =
+            programs().skip(1).map(|(key, ..)| id(&format!("#{key}"))).collect();
         let mut graph = vec![
             json!({
                 "@id": FILE,
@@ -103,7 +106,7 @@ impl Run<'_> {
                 "endTime": iso_8601(ended),
                 "actionStatus": id("http://schema.org/CompletedActionStatus"),
                 "object": inputs,
-                "result": [&outputs[..], &folders].concat(),
+                "result": results,
             }),
         ];
         for (key, name, url) in programs() {
@@ -138,11 +141,7 @@ impl Run<'_> {
             });
             graph.push(folder);
         }
-        let context = [
-            "https://w3id.org/ro/crate/1.1/context",
-            "https://w3id.org/ro/terms/workflow-run/context",
-        ];
-        let all = json!({ "@context": context, "@graph": graph });
+        let all = json!({ "@context": CONTEXT, "@graph": graph });
         serde_json::to_string_pretty(&all).expect("plain data") + "\n"
     }
 }

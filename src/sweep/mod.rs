@@ -10,7 +10,7 @@ pub mod study;
 mod work;
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use crate::blender::{self, Blender};
 use crate::pipeline::Source;
@@ -52,6 +52,7 @@ pub struct Options<'a> {
 /// A bed is made in a hidden folder, and moved into its place when it is whole. So a run that was
 /// stopped at any moment goes on where it was.
 pub fn run(options: &Options) -> Result<Ended, Error> {
+    let started = SystemTime::now();
     let study = Study::read(options.study)?;
     let points = Points::of(&study)?;
     // Parts of a study may run side by side: each bed goes into its place whole.
@@ -78,7 +79,7 @@ pub fn run(options: &Options) -> Result<Ended, Error> {
     if options.part.is_some() {
         return Ok(results::of_part(options, &work.beds));
     }
-    results::write(options, &study, &points, &work.beds, blender.as_ref(), sums)
+    results::write(options, &study, &points, &work.beds, blender.as_ref(), sums, started)
 }
 
 /// Folder of the locks of parts.

@@ -56,7 +56,8 @@ pub(super) fn html(sweep: &Sweep, points: &Points, results: &Results, svgs: &[St
         let _ = writeln!(html, "<li><a href=\"{file}\">{file}</a>: {meaning}</li>");
     }
     html += "</ul>\n<h2>Versions</h2>\n<ul>\n";
-    for (name, version) in &sweep.versions {
+    // Not the processor: the page is the same on any.
+    for (name, version) in sweep.versions.iter().filter(|(name, _)| *name != "processor") {
         let _ = writeln!(html, "<li>{}: {}</li>", escaped(name), escaped(version));
     }
     html + "</ul>\n</body></html>\n"

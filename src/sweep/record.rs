@@ -1,13 +1,16 @@
 //! `sweep.json`: what was done, from which files, and the result; enough to repeat the sweep.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use super::study::Study;
+use crate::pipeline::MOST_SECONDS;
 use crate::pipeline::record::Output;
-use crate::support::error::Status;
+use crate::support::error::{Failure, Status};
+use crate::support::file_error::FileError;
 
 /// The format's version, the value of `soilsig_sweep`.
 pub(super) const FORMAT: u32 = 1;
@@ -44,6 +47,31 @@ pub struct Sweep {
     pub failed: usize,
     /// Points whose tolerance was not reached.
     pub above_tolerance: usize,
+}
+
+/// A record cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[error("the record of a sweep: {0}")]
+pub struct SweepError(#[from] FileError);
+
+impl Failure for SweepError {}
+
+impl Sweep {
+    /// Reads a record.
+    pub fn read(path: &Path) -> Result<Self, SweepError> {
+        let text = fs::read_to_string(path).map_err(FileError::read(path))?;
+        let record: Self = serde_json::from_str(&text)
+            .map_err(|error| FileError::wrong(path, error.to_string()))?;
+        let problem = if record.soilsig_sweep != FORMAT {
+            let version = record.soilsig_sweep;
+            Some(format!("version {version} is not known; this program reads {FORMAT}"))
+        } else if !(1..=MOST_SECONDS).contains(&record.blender_timeout_s) {
+            Some(format!("blender_timeout_s is not 1 to {MOST_SECONDS}"))
+        } else {
+            None
+        };
+        problem.map_or(Ok(record), |problem| Err(FileError::wrong(path, problem).into()))
+    }
 }
 
 /// What a sweep came to.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::time::SystemTime;
 
 use rayon::prelude::*;
 use serde_json::Value;
@@ -14,13 +15,14 @@ use super::{FILES, Options, charts, netcdf, page, place};
 use crate::blender::{self, Blender};
 use crate::draw::plot;
 use crate::pipeline::TABLE;
-use crate::pipeline::record::Output;
+use crate::pipeline::inputs;
+use crate::pipeline::record::{Output, processor};
 use crate::report::Report;
 use crate::signature::{self, Window};
 use crate::spectrum::features::window_mean;
 use crate::support::csv::{Csv, decimals};
 use crate::support::error::Error;
-use crate::support::output;
+use crate::support::{output, ro_crate};
 
 /// The result of a point: the mean of its beds.
 pub struct PointResult {
@@ -95,7 +97,8 @@ pub(super) fn write(
     points: &Points,
     beds: &[Bed],
     blender: Option<&Blender>,
-    inputs: BTreeMap<PathBuf, String>,
+    read: BTreeMap<PathBuf, String>,
+    started: SystemTime,
 ) -> Result<Ended, Error> {
     let um = study.bands.wavelengths_um();
     let seeds = study.seeds.len();
@@ -141,7 +144,7 @@ pub(super) fn write(
         study: study.clone(),
         blender_timeout_s: options.blender_timeout_s,
         versions,
-        inputs: inputs.into_iter().map(|(file, sum)| (file.display().to_string(), sum)).collect(),
+        inputs: read.into_iter().map(|(file, sum)| (file.display().to_string(), sum)).collect(),
         outputs: BTreeMap::new(),
         points: points.len(),
         beds: rows.iter().flatten().count(),
@@ -162,6 +165,24 @@ pub(super) fn write(
             None => output::remove(&place(options, file))?,
         }
     }
+    let mut copies = Vec::new();
+    for (from, copy) in inputs::places(sweep.inputs.keys()) {
+        output::copy(from.as_ref(), &output::within(options.out, &copy)?)?;
+        copies.push((copy, Some(sweep.inputs[from].clone())));
+    }
+    let outputs = sweep.outputs.iter().map(|(file, of)| (file.clone(), Some(of.sha256.clone())));
+    let text = ro_crate::Run {
+        name: &study.name,
+        description: study.title().to_owned(),
+        command: &sweep.command,
+        started,
+        versions: &sweep.versions,
+        inputs: copies,
+        outputs: outputs.chain([(SWEEP.to_owned(), None)]).collect(),
+        folders: vec![("beds/", "bounce tables of all beds; beds.csv says which is which")],
+    }
+    .text();
+    output::bytes(&place(options, ro_crate::FILE), text.as_bytes())?;
     let text = serde_json::to_string_pretty(&sweep).expect("plain data") + "\n";
     output::bytes(&place(options, SWEEP), text.as_bytes())?;
     let answer = page::answer(&sweep, &results);
@@ -173,7 +194,10 @@ pub(super) fn write(
 }
 
 fn versions(blender: Option<&Blender>) -> BTreeMap<String, String> {
-    let mut versions = BTreeMap::from([("soilsig".into(), env!("CARGO_PKG_VERSION").into())]);
+    let mut versions = BTreeMap::from([
+        ("soilsig".into(), env!("CARGO_PKG_VERSION").into()),
+        ("processor".into(), processor()),
+    ]);
     if let Some(blender) = blender {
         versions.extend([
             ("blender".into(), blender.version.to_string()),
