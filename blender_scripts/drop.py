@@ -3,7 +3,8 @@
 blender -b --factory-startup --python-exit-code 13 --python drop.py -- --scene S --out DIR
 python drop.py -- --scene S --out DIR        (a Python that imports bpy)
 
-S is a recipe that `soilsig` has checked. A bed's files go into a folder of DIR named by its seed.
+S is a recipe that `soilsig` has checked; there may be several. The files of its bed go into a folder
+of DIR that has the name of the recipe's file without its ending.
 """
 
 import argparse
@@ -18,15 +19,13 @@ from soilsig_blender.common.script import run
 
 def main(arguments):
     parser = argparse.ArgumentParser(prog="drop.py", description="Drop beds of dusty grains.")
-    parser.add_argument("--scene", required=True, help="scene file with a packing")
-    parser.add_argument("--out", required=True, help="folder for the beds")
     parser.add_argument(
-        "--bed",
-        type=int,
+        "--scene",
         action="append",
-        metavar="SEED",
-        help="seed of a bed to make, in place of the scene's",
+        required=True,
+        help="scene file with a packing; each gives one bed",
     )
+    parser.add_argument("--out", required=True, help="folder for the beds")
     parser.add_argument(
         "--also",
         action="append",
@@ -37,7 +36,7 @@ def main(arguments):
     options = parser.parse_args(arguments)
     from soilsig_blender.make_bed import make_beds
 
-    make_beds(options.scene, options.out, options.bed, options.also)
+    make_beds(options.scene, options.out, options.also)
 
 
 if __name__ == "__main__":

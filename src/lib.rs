@@ -102,6 +102,10 @@ mod studies;
 pub mod support;
 #[cfg(not(feature = "internals"))]
 mod support;
+#[cfg(all(feature = "internals", feature = "cli"))]
+pub mod sweep;
+#[cfg(all(not(feature = "internals"), feature = "cli"))]
+mod sweep;
 #[cfg(feature = "internals")]
 pub mod table;
 #[cfg(not(feature = "internals"))]

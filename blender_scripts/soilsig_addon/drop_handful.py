@@ -116,7 +116,7 @@ class _Drop:
         )
         scene["geometry"]["packing"]["variants"] = 1
         json_files.write(recipe, scene)
-        self.bed = os.path.join(place, str(settings.seed), "scene.blend")
+        self.bed = os.path.join(place, "scene", "scene.blend")
         script = os.path.join(SCRIPTS, "drop.py")
         blender = bpy.app.binary_path
         command = [sys.executable, script]

@@ -1,5 +1,6 @@
 """From a scene file to a settled bed and all its files."""
 
+import os
 import time
 
 import bpy
@@ -19,22 +20,22 @@ from .export.report import report
 OLDEST_BLENDER = (3, 4, 0)
 
 
-def make_beds(scene_path, folder, seeds, extra):
-    """Makes the bed of every seed, by default the scene's. Extra files are of the first bed."""
+def make_beds(scene_paths, folder, extra):
+    """Makes the bed of every scene file. Extra files are of the first bed."""
     if bpy.app.version < OLDEST_BLENDER:
         raise BedError(
             "version",
             f"this is Blender {bpy.app.version_string}",
             "use Blender 3.4 or newer",
         )
-    scene, packing = recipe.load(scene_path)
     files = []
-    seeds = seeds or [packing["seed"]]
-    for done, seed in enumerate(seeds):
-        with whole_folder(folder, str(seed)) as beside:
-            names = _make_bed(scene, {**packing, "seed": seed}, beside, [] if done else extra)
-        files += [f"{seed}/{name}" for name in names]
-        progress("bed", done + 1, len(seeds))
+    for done, path in enumerate(scene_paths):
+        scene, packing = recipe.load(path)
+        bed = os.path.splitext(os.path.basename(path))[0]
+        with whole_folder(folder, bed) as beside:
+            names = _make_bed(scene, packing, beside, [] if done else extra)
+        files += [f"{bed}/{name}" for name in names]
+        progress("bed", done + 1, len(scene_paths))
     emit("done", files=files)
 
 

@@ -1,5 +1,5 @@
-//! Beds of one recipe, a packing for each seed: taken from the cache, or dropped by several
-//! Blenders in parallel, one for each thread.
+//! Beds of recipes: taken from the cache, or dropped by several Blenders in parallel, one for each
+//! thread.
 
 pub mod own_grains;
 mod solid;
@@ -29,22 +29,39 @@ const STAGE: &str = "drop";
 /// drop: it is the bed that hulls alone give with the same seed.
 pub const HULLS: &str = "hulls.json";
 
-/// Folder of the user's grains beside the recipe that Blender gets.
+/// Begin of the names of folders of the user's grains beside the recipes that Blender gets.
 const OWN_GRAINS: &str = "own_grains";
+
+/// A bed that is wanted.
+pub struct Wanted<'a> {
+    /// The scene of its recipe.
+    pub scene: &'a Scene,
+    /// The recipe, with the seed of this bed.
+    pub packing: Packing,
+    /// The user's grains, if the recipe has any.
+    pub own_grains: Option<&'a OwnGrains>,
+}
+
+impl<'a> Wanted<'a> {
+    /// Beds of one recipe, one for each seed.
+    pub fn of_seeds(
+        scene: &'a Scene,
+        packing: &Packing,
+        own_grains: Option<&'a OwnGrains>,
+        seeds: &[u64],
+    ) -> Vec<Self> {
+        let of = |&seed| Self { scene, packing: Packing { seed, ..packing.clone() }, own_grains };
+        seeds.iter().map(of).collect()
+    }
+}
 
 /// The beds that are wanted.
 pub struct Order<'a> {
     /// The Blender that drops the grains.
     pub blender: &'a Blender,
-    /// The scene.
-    pub scene: &'a Scene,
-    /// Its recipe.
-    pub packing: &'a Packing,
-    /// The user's grains, if the recipe has any.
-    pub own_grains: Option<&'a OwnGrains>,
-    /// The seed of each packing.
-    pub seeds: &'a [u64],
-    /// Further files of the first packing: `scene.glb`, `scene.blend`, `frames.json`, `patch.obj`.
+    /// The beds.
+    pub beds: Vec<Wanted<'a>>,
+    /// Further files of the first bed: `scene.glb`, `scene.blend`, `frames.json`, `patch.obj`.
     pub of_first: &'a [&'a str],
     /// Time limit for each bed.
     pub time_limit: Duration,
@@ -52,7 +69,7 @@ pub struct Order<'a> {
 
 /// Everything that a bed depends on.
 #[derive(Serialize)]
-struct MadeFrom<'a> {
+pub struct MadeFrom<'a> {
     packing: Packing,
     /// SHA-256 of the user's grains.
     own_grains: Option<&'a BTreeMap<String, String>>,
@@ -65,19 +82,21 @@ struct MadeFrom<'a> {
 }
 
 impl Order<'_> {
-    /// The folders of the beds, in the order of the seeds. Drops the beds that are not in the
-    /// cache. Each Blender writes its output to `log` of the first packing that it makes, which is
-    /// removed after a success. If one fails the others are stopped.
+    /// The folders of the beds that are in the cache.
+    pub fn found(&self, cache: &Cache) -> Result<Vec<Option<Made>>, Error> {
+        (0..self.beds.len()).map(|bed| cache.look(STAGE, &self.made_from(bed))).collect()
+    }
+
+    /// The folders of the beds in their order. Drops the beds that are not in the cache. Each
+    /// Blender writes its output to `log` of the first bed that it makes, which is removed after a
+    /// success. If one fails the others are stopped. Finished beds stay in the cache.
     pub fn beds(
         &self,
         cache: &Cache,
         log: &(dyn Fn(usize) -> PathBuf + Sync),
         step: &Step,
     ) -> Result<Vec<Made>, Error> {
-        let inputs: Vec<MadeFrom> = (0..self.seeds.len()).map(|i| self.made_from(i)).collect();
-        let beds =
-            || inputs.iter().map(|inputs| cache.look(STAGE, inputs)).collect::<Result<Vec<_>, _>>();
-        let found = beds()?;
+        let found = self.found(cache)?;
         let missing: Vec<usize> = (0..found.len()).filter(|&i| found[i].is_none()).collect();
         let blenders = rayon::current_num_threads().min(missing.len());
         let done = AtomicU64::new(0);
@@ -87,11 +106,11 @@ impl Order<'_> {
                 .map(|first| {
                     let lot: Vec<usize> =
                         missing.iter().copied().skip(first).step_by(blenders).collect();
-                    let (inputs, done, total) = (&inputs, &done, missing.len() as u64);
+                    let (done, total) = (&done, missing.len() as u64);
                     let monitor = &monitor;
                     scope.spawn(move || {
                         let on_event = |event: &Event| tell(event, done, total, step);
-                        let made = self.make(&lot, inputs, cache, &log(lot[0]), monitor, &on_event);
+                        let made = self.make(&lot, cache, &log(lot[0]), monitor, &on_event);
                         if made.is_err() {
                             monitor.failed.store(true, Ordering::Relaxed);
                         }
@@ -107,7 +126,7 @@ impl Order<'_> {
         if let Some(error) = errors.into_iter().next() {
             return Err(error);
         }
-        let made = beds()?.into_iter().zip(&found);
+        let made = self.found(cache)?.into_iter().zip(&found);
         made.map(|(made, before)| {
             let made = made.ok_or_else(|| {
                 failed(cache.root())(io::Error::other(
@@ -119,47 +138,60 @@ impl Order<'_> {
         .collect()
     }
 
-    fn extra(&self, packing: usize) -> &[&str] {
-        if packing == 0 { self.of_first } else { &[] }
+    fn extra(&self, bed: usize) -> &[&str] {
+        if bed == 0 { self.of_first } else { &[] }
     }
 
-    fn made_from(&self, packing: usize) -> MadeFrom<'_> {
+    /// All that a bed depends on.
+    pub fn made_from(&self, bed: usize) -> MadeFrom<'_> {
+        let Wanted { scene, packing, own_grains } = &self.beds[bed];
         MadeFrom {
-            packing: Packing { seed: self.seeds[packing], library: None, ..self.packing.clone() },
-            own_grains: self.own_grains.map(OwnGrains::sha256),
-            materials: self.scene.materials.iter().map(|m| m.name.as_str()).collect(),
+            packing: Packing { library: None, ..packing.clone() },
+            own_grains: own_grains.map(OwnGrains::sha256),
+            materials: scene.materials.iter().map(|m| m.name.as_str()).collect(),
             blender: self.blender.version,
             python: &self.blender.python,
             numpy: &self.blender.numpy,
             scripts: blender::scripts_sha256(),
-            extra: self.extra(packing),
+            extra: self.extra(bed),
         }
     }
 
-    /// Drops some packings in one Blender. If it fails, the finished packings are kept.
+    /// Writes the recipe of a bed for Blender.
+    fn write_recipe(&self, bed: usize, folder: &Path) -> Result<PathBuf, Error> {
+        let Wanted { scene, packing, own_grains } = &self.beds[bed];
+        let mut packing = packing.clone();
+        if let Some(own_grains) = own_grains {
+            // Beds of the same grains have one copy of them.
+            let same =
+                |other: &Wanted| other.own_grains.is_some_and(|o| std::ptr::eq(o, *own_grains));
+            let first = self.beds.iter().position(same).unwrap_or(bed);
+            let library = format!("{OWN_GRAINS}_{first}");
+            if !folder.join(&library).is_dir() {
+                own_grains.copy_to(&folder.join(&library))?;
+            }
+            packing.library = Some(library.into());
+        }
+        let scene = Scene { geometry: SceneGeometry::Packing(packing), ..(*scene).clone() };
+        let path = folder.join(format!("{bed}.json"));
+        output::scratch(&path, serde_json::to_vec(&scene).expect("plain data"))
+            .map_err(CacheError::Output)?;
+        Ok(path)
+    }
+
+    /// Drops some beds in one Blender. If it fails, the finished beds are kept.
     fn make(
         &self,
         lot: &[usize],
-        inputs: &[MadeFrom],
         cache: &Cache,
         log: &Path,
         monitor: &dyn Monitor,
         on_event: &dyn Fn(&Event),
     ) -> Result<(), Error> {
         let scratch = cache.scratch()?;
-        let recipe = scratch.path().join("recipe.json");
-        let mut scene = self.scene.clone();
-        if let (Some(own_grains), SceneGeometry::Packing(packing)) =
-            (self.own_grains, &mut scene.geometry)
-        {
-            own_grains.copy_to(&scratch.path().join(OWN_GRAINS))?;
-            packing.library = Some(OWN_GRAINS.into());
-        }
-        output::scratch(&recipe, serde_json::to_vec(&scene).expect("plain data"))
-            .map_err(CacheError::Output)?;
-        let mut args: Vec<OsString> = vec!["--scene".into(), recipe.into()];
-        for &packing in lot {
-            args.extend(["--bed".into(), self.seeds[packing].to_string().into()]);
+        let mut args: Vec<OsString> = Vec::new();
+        for &bed in lot {
+            args.extend(["--scene".into(), self.write_recipe(bed, scratch.path())?.into()]);
         }
         for file in self.extra(lot[0]) {
             args.extend(["--also".into(), file.into()]);
@@ -173,12 +205,12 @@ impl Order<'_> {
             monitor,
         };
         let finished = self.blender.run(&job, &mut |event| on_event(event));
-        for &packing in lot {
-            let made = scratch.path().join(self.seeds[packing].to_string());
+        for &bed in lot {
+            let made = scratch.path().join(bed.to_string());
             if !made.is_dir() {
                 continue;
             }
-            cache.stage(STAGE, &inputs[packing], |folder| {
+            cache.stage(STAGE, &self.made_from(bed), |folder| {
                 for file in output::list(&made)? {
                     let (from, to) = (made.join(&file), folder.join(&file));
                     fs::rename(&from, to).map_err(failed(&from))?;

@@ -2,6 +2,8 @@
 
 mod arguments;
 mod blender;
+mod bundle;
+mod cache;
 mod chart;
 mod completions;
 mod diff;
@@ -22,6 +24,7 @@ pub mod schema;
 mod signature;
 mod spectra;
 mod stress;
+mod sweep;
 pub mod terminal;
 mod trace;
 
@@ -54,6 +57,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Pipeline(pipeline::Args),
+    Sweep(sweep::Args),
     Trace(trace::Args),
     Merge(merge::Args),
     Signature(signature::Args),
@@ -61,6 +65,7 @@ enum Command {
     Retrieve(retrieve::Args),
     Match(matching::Args),
     Replay(replay::Args),
+    Bundle(bundle::Args),
     Report(report::Args),
     Image(image::Args),
     Export(export::Args),
@@ -71,6 +76,7 @@ enum Command {
     Picture(picture::Args),
     Chart(chart::Args),
     Stress(stress::Args),
+    Cache(cache::Args),
     Doctor(doctor::Args),
     Schema(schema::Args),
     Completions(completions::Args),
@@ -100,6 +106,7 @@ pub fn run() -> ExitCode {
     let context = Context { cache: Cache::of_user(), terminal, verbose: cli.verbose };
     let result = match &cli.command {
         Command::Pipeline(args) => pipeline::run(args, &context),
+        Command::Sweep(args) => sweep::run(args, &context),
         Command::Trace(args) => trace::run(args, &context),
         Command::Merge(args) => merge::run(args, &context),
         Command::Signature(args) => signature::run(args, &context),
@@ -107,6 +114,7 @@ pub fn run() -> ExitCode {
         Command::Retrieve(args) => retrieve::run(args, &context),
         Command::Match(args) => matching::run(args, &context),
         Command::Replay(args) => replay::run(args, &context),
+        Command::Bundle(args) => bundle::run(args, &context),
         Command::Report(args) => report::run(args, &context),
         Command::Image(args) => image::run(args, &context),
         Command::Export(args) => export::run(args, &context),
@@ -117,6 +125,7 @@ pub fn run() -> ExitCode {
         Command::Picture(args) => picture::run(args, &context),
         Command::Chart(args) => chart::run(args, &context),
         Command::Stress(args) => stress::run(args, &context),
+        Command::Cache(args) => cache::run(args, &context),
         Command::Doctor(args) => doctor::run(args, &context),
         Command::Schema(args) => schema::run(args, &context),
         Command::Completions(args) => completions::run(args, &context),

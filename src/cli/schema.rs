@@ -8,6 +8,7 @@ use crate::inverse::result::Match;
 use crate::pipeline::record::Record;
 use crate::scene::Scene;
 use crate::signature::{budget, csv, in_bands};
+use crate::sweep::{Study, Sweep};
 
 /// Prints the JSON Schema of a file format
 #[derive(clap::Args)]
@@ -21,8 +22,12 @@ pub struct Args {
 pub enum Format {
     /// Scene files
     Scene,
+    /// Study files
+    Study,
     /// run.json, the record of a run
     Run,
+    /// sweep.json, the record of a sweep
+    Sweep,
     /// match.json, the result of a match
     Match,
 }
@@ -36,7 +41,9 @@ pub fn run(args: &Args, _: &Context) -> Outcome {
 pub fn of(format: Format) -> Value {
     match format {
         Format::Scene => schemars::schema_for!(Scene),
+        Format::Study => schemars::schema_for!(Study),
         Format::Run => schemars::schema_for!(Record),
+        Format::Sweep => schemars::schema_for!(Sweep),
         Format::Match => schemars::schema_for!(Match),
     }
     .into()

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use super::soil::{FullBed, LargeShare, Role, Soil};
 use super::thinning::{self, Fines, Paths, Roles, Thinned};
-use crate::beds::Order;
 use crate::beds::own_grains::OwnGrains;
+use crate::beds::{Order, Wanted};
 use crate::blender;
 use crate::geometry::ingest::Sources;
 use crate::histogram::tally::{COSINES, Kept};
@@ -156,10 +156,7 @@ impl<'a> Source<'a> {
         let seeds: Vec<u64> = (0..self.beds).map(|i| random::seed_of(packing.seed, i)).collect();
         let order = Order {
             blender,
-            scene,
-            packing: &packing,
-            own_grains: own_grains.as_ref(),
-            seeds: &seeds,
+            beds: Wanted::of_seeds(scene, &packing, own_grains.as_ref(), &seeds),
             of_first: &[],
             time_limit: self.time_limit,
         };

@@ -1,11 +1,12 @@
 //! Beds from Blender, copied to their places with the files that their scenes name.
 
 use std::ops::Range;
+use std::path::Path;
 use std::time::Duration;
 
 use super::{Bed, Run};
 use crate::beds::own_grains::OwnGrains;
-use crate::beds::{HULLS, Order};
+use crate::beds::{HULLS, Order, Wanted};
 use crate::blender;
 use crate::scene::{Origin, Packing, Placed, Scene, SceneGeometry, Sides};
 use crate::spectrum;
@@ -16,7 +17,7 @@ use crate::table::Prepared;
 
 /// Some of the beds of a recipe, by number, and how they are kept.
 #[derive(Clone)]
-pub(super) struct Wanted {
+pub(super) struct Lot {
     pub(super) beds: Range<usize>,
     pub(super) kept: Kept,
 }
@@ -34,7 +35,7 @@ pub(super) enum Kept {
     Pairs,
 }
 
-impl Wanted {
+impl Lot {
     /// This number of beds.
     pub(super) fn of(beds: usize) -> Self {
         Self { beds: 0..beds, kept: if beds == 1 { Kept::One } else { Kept::Several } }
@@ -54,11 +55,11 @@ impl Run<'_> {
         prepared: &Prepared,
         packing: &Packing,
         library: Option<&OwnGrains>,
-        wanted: &Wanted,
+        lot: &Lot,
     ) -> Result<Vec<Bed>, Error> {
         // A recipe may have the name of the settled bed.
-        self.folder.keeps_inputs(&[&format!("{}scene.json", wanted.below(0))])?;
-        let stage = if wanted.kept == Kept::Pairs { "touch" } else { "drop" };
+        self.folder.keeps_inputs(&[&format!("{}scene.json", lot.below(0))])?;
+        let stage = if lot.kept == Kept::Pairs { "touch" } else { "drop" };
         let step = self.folder.begin(stage);
         let monitor = self.folder.monitor;
         let limit = Duration::from_secs(self.options.blender_timeout_s);
@@ -75,44 +76,50 @@ impl Run<'_> {
         ] {
             self.folder.record.versions.insert(name.into(), version);
         }
-        let seeds = wanted.beds.clone().map(|i| random::seed_of(packing.seed, i));
+        let seeds = lot.beds.clone().map(|i| random::seed_of(packing.seed, i));
         let seeds: Vec<u64> = seeds.collect();
         // Files for other programs, of the bed that is shown.
         let mut extra = Vec::new();
-        if wanted.beds.start == 0 {
+        if lot.beds.start == 0 {
             extra.extend(["scene.glb", "scene.blend", "frames.json"]);
             extra.extend(self.options.patch_obj.then_some("patch.obj"));
         }
         let order = Order {
             blender: &blender,
-            scene: &prepared.scene,
-            packing,
-            own_grains: library,
-            seeds: &seeds,
+            beds: Wanted::of_seeds(&prepared.scene, packing, library, &seeds),
             of_first: &extra,
             time_limit: limit,
         };
         let log = |number: usize| self.folder.running_log(number);
         let made = order.beds(self.cache, &log, &step)?;
         let (mut beds, mut hulls) = (Vec::new(), Vec::new());
-        for (number, made) in wanted.beds.clone().zip(&made) {
-            let below = wanted.below(number);
-            let mut bring = |below: &str, file: &str, origin: Origin| {
-                let scene = Scene::read(&made.folder.join(file))?;
-                let drop = random::seed_of(packing.seed, number);
-                let drop = [Kept::Hulls, Kept::Pairs].contains(&wanted.kept).then_some(drop);
-                self.bring_bed(number, below, scene, prepared, (origin, drop))
-            };
-            match wanted.kept {
+        for (number, made) in lot.beds.clone().zip(&made) {
+            let below = lot.below(number);
+            let seed = random::seed_of(packing.seed, number);
+            let drop = [Kept::Hulls, Kept::Pairs].contains(&lot.kept).then_some(seed);
+            let bed = |file, origin| Settled { made, file, origin, drop, number };
+            match lot.kept {
                 Kept::Pairs => {
                     let touching = format!("packings/{}-touching/", number + 1);
-                    beds.push(bring(&touching, "scene.json", Origin::Drawn)?);
-                    hulls.push(bring(&below, HULLS, Origin::DrawnApart)?);
+                    beds.push(self.bring_bed(
+                        &touching,
+                        prepared,
+                        &bed("scene.json", Origin::Drawn),
+                    )?);
+                    hulls.push(self.bring_bed(
+                        &below,
+                        prepared,
+                        &bed(HULLS, Origin::DrawnApart),
+                    )?);
                     self.bring_files_of(made, &touching, |_| true)?;
                     self.bring_files_of(made, &below, |file| file.starts_with("prototypes."))?;
                 }
                 _ => {
-                    beds.push(bring(&below, "scene.json", packing.origin())?);
+                    beds.push(self.bring_bed(
+                        &below,
+                        prepared,
+                        &bed("scene.json", packing.origin()),
+                    )?);
                     self.bring_files_of(made, &below, |_| true)?;
                 }
             }
@@ -139,43 +146,61 @@ impl Run<'_> {
     }
 
     /// Gives the scene of a settled bed the spectra, the view and a seed, and writes it to its place.
-    fn bring_bed(
-        &mut self,
-        number: usize,
-        below: &str,
-        placed: Scene,
-        prepared: &Prepared,
-        (of, dropped): (Origin, Option<u64>),
-    ) -> Result<Bed, Error> {
-        let scene = &prepared.scene;
-        let seed = random::seed_of(scene.seed, number);
-        // The file that is written has the changes in it.
-        let mut placed =
-            Scene { geometry: placed.geometry, seed, changes: Vec::new(), ..scene.clone() };
-        if let SceneGeometry::Placed(Placed { domain, origin, drop, .. }) = &mut placed.geometry {
-            (*origin, *drop) = (of, dropped);
-            if let (Some(particles), Some(domain)) = (self.options.field, domain) {
-                domain.sides = Sides::Field { particles, seed: number as u64 };
-            }
+    fn bring_bed(&mut self, below: &str, prepared: &Prepared, bed: &Settled) -> Result<Bed, Error> {
+        let mut placed = bed.placed(&prepared.scene, &mut |from, name| {
+            self.folder.copy(from, &format!("{below}{name}"))
+        })?;
+        if let (Some(particles), SceneGeometry::Placed(Placed { domain: Some(domain), .. })) =
+            (self.options.field, &mut placed.geometry)
+        {
+            domain.sides = Sides::Field { particles, seed: bed.number as u64 };
         }
-        self.bring_files(below, &mut placed)?;
         let name = format!("{below}scene.json");
-        let text = serde_json::to_string_pretty(&placed).expect("plain data");
-        self.folder.write(&name, text + "\n")?;
+        self.folder.write(&name, file_text(&placed))?;
         placed.file = self.folder.place(&name);
-        let below = below.to_owned();
-        Ok(Bed { prepared: prepared.with(placed), below, sources: None, tracer: None })
+        Ok(Bed { below: below.to_owned(), ..Bed::new(prepared.with(placed)) })
     }
+}
 
-    /// Copies the files that a scene names beside the placed scene, so that it can stand alone.
-    fn bring_files(&mut self, below: &str, scene: &mut Scene) -> Result<(), Error> {
-        let folder = scene.folder().to_owned();
-        for file in scene.files_mut() {
+/// The text of a scene file.
+pub(crate) fn file_text(scene: &Scene) -> String {
+    serde_json::to_string_pretty(scene).expect("plain data") + "\n"
+}
+
+/// A bed that Blender made.
+pub(crate) struct Settled<'a> {
+    pub(crate) made: &'a Made,
+    /// Its scene among the files.
+    pub(crate) file: &'a str,
+    pub(crate) origin: Origin,
+    /// Seed of the drop, if another bed may be of the same drop.
+    pub(crate) drop: Option<u64>,
+    /// Its number among the beds of the recipe.
+    pub(crate) number: usize,
+}
+
+impl Settled<'_> {
+    /// The scene of the bed with the materials, the view and the seed of its recipe's. `copy` puts
+    /// each file that it names beside it, under a name of its own, so that it can stand alone.
+    pub(crate) fn placed(
+        &self,
+        scene: &Scene,
+        copy: &mut dyn FnMut(&Path, &str) -> Result<(), Error>,
+    ) -> Result<Scene, Error> {
+        let Scene { mut geometry, .. } = Scene::read(&self.made.folder.join(self.file))?;
+        if let SceneGeometry::Placed(Placed { origin, drop, .. }) = &mut geometry {
+            (*origin, *drop) = (self.origin, self.drop);
+        }
+        let seed = random::seed_of(scene.seed, self.number);
+        // The file that is written has the changes in it.
+        let mut placed = Scene { geometry, seed, changes: Vec::new(), ..scene.clone() };
+        let folder = scene.folder();
+        for file in placed.files_mut() {
             for from in spectrum::format::files(&folder.join(&file.path)) {
-                self.folder.copy(&from, &format!("{below}{}", file.copy_name(&from)))?;
+                copy(&from, &file.copy_name(&from))?;
             }
             *file.path = file.copy_name(file.path).into();
         }
-        Ok(())
+        Ok(placed)
     }
 }

@@ -2,15 +2,19 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
+use super::inputs;
 use super::record::{Output, Record, Stage};
 use crate::support::error::Error;
 use crate::support::monitor::{Monitor, Step};
 use crate::support::output::{self, OutputError};
+use crate::support::ro_crate;
 
 /// Files of a drop that differ from run to run: they hold times of day, durations, the command
 /// or, as Blender's own file does, addresses in memory.
-const NOT_REPRODUCIBLE: [&str; 4] = ["blender.log", "drop.json", "scene.blend", super::page::PAGE];
+const NOT_REPRODUCIBLE: [&str; 5] =
+    ["blender.log", "drop.json", "scene.blend", super::page::PAGE, ro_crate::FILE];
 
 /// Begin of the names of logs of Blenders that run or failed.
 pub(super) const UNFINISHED: &str = "blender.unfinished";
@@ -74,6 +78,44 @@ impl<'a> Folder<'a> {
         };
         copy().map_err(|source| self.of(file, source))?;
         self.wrote(file)
+    }
+
+    /// Copies all files that were read, so that the result can be made again anywhere.
+    pub(super) fn copy_inputs(&mut self) -> Result<(), Error> {
+        let inputs = self.record.inputs.clone();
+        for (from, place) in inputs::places(inputs.keys()) {
+            self.copy(Path::new(from), &place)?;
+            if self.record.outputs[&self.key(&place)].sha256 != inputs[from] {
+                let source = io::Error::other("it was changed during the run: run it again");
+                return Err(OutputError { path: from.into(), source }.into());
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes what the files are and which run made them, for other programs.
+    pub(super) fn write_crate(&mut self, started: SystemTime) -> Result<(), Error> {
+        let record = &*self.record;
+        let names: Vec<&str> = record.reached.keys().map(String::as_str).collect();
+        let is_input = |file: &str| file.starts_with(inputs::INPUTS);
+        let (inputs, outputs) = (record.outputs.iter())
+            .map(|(file, output)| (file.clone(), Some(output.sha256.clone())))
+            .partition::<Vec<_>, _>(|(file, _)| is_input(file));
+        let run = ro_crate::Run {
+            name: &names.join(", "),
+            description: format!(
+                "Thermal-infrared emissivity of {}, computed from the geometry of its grains",
+                names.join(", ")
+            ),
+            command: &record.command,
+            started,
+            versions: &record.versions,
+            inputs,
+            outputs: [outputs, vec![(super::RUN.into(), None)]].concat(),
+            folders: Vec::new(),
+        };
+        let text = run.text();
+        self.write(ro_crate::FILE, text)
     }
 
     /// An error that names the file by its final place.

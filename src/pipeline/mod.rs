@@ -3,6 +3,7 @@
 mod bring;
 mod error;
 mod folder;
+pub mod inputs;
 mod options;
 pub mod page;
 mod planned;
@@ -11,12 +12,13 @@ mod result;
 mod results;
 
 use std::path::Path;
+use std::time::SystemTime;
 
 use sha2::{Digest, Sha256};
 
 use crate::beds::own_grains::{self, OwnGrains};
 use crate::geometry::ingest::Sources;
-use crate::pipeline::bring::Wanted;
+use crate::pipeline::bring::Lot;
 use crate::pipeline::folder::Folder;
 use crate::pipeline::page::Told;
 use crate::pipeline::record::Record;
@@ -31,9 +33,11 @@ use crate::support::{output, scratch};
 use crate::table::Prepared;
 use crate::tracer::Tracer;
 
+pub(crate) use bring::{Settled, file_text};
 pub use error::PipelineError;
+pub(crate) use options::target_of;
 pub use options::{Auto, HowMany, MOST_SECONDS, Options, Source};
-pub(crate) use results::program;
+pub(crate) use results::{TABLE, program};
 
 /// Runs the pipeline; all files go below `out`, which no other run may write to meanwhile.
 ///
@@ -47,6 +51,7 @@ pub fn run(
     cache: &Cache,
     monitor: &dyn Monitor,
 ) -> Result<Record, Error> {
+    let started = SystemTime::now();
     let _lock = Lock::of(out)?;
     scratch::clear_temporary();
     let new = result::begin(out)?;
@@ -55,24 +60,32 @@ pub fn run(
     let mut results = Vec::new();
     let scenes = scenes(options, &mut record)?;
     let several = scenes.len() > 1;
+    if let Source::Coverage(_) = options.source {
+        let mut folder = Folder { out, new: new.path(), below: "", record: &mut record, monitor };
+        for scene in of_source(&options.source, folder.record)? {
+            folder.write(&format!("{}/{}.json", inputs::INPUTS, scene.name), file_text(&scene))?;
+        }
+    }
     for scene in scenes {
         let name = scene.name.clone();
         let below = if several { &*name } else { "" };
         let folder = Folder { out, new: new.path(), below, record: &mut record, monitor };
         results.push(Run::new(options, cache, folder).scene(scene)?);
     }
+    let folder = Folder { out, new: new.path(), below: "", record: &mut record, monitor };
+    let mut run = Run::new(options, cache, folder);
     if several {
-        let folder = Folder { out, new: new.path(), below: "", record: &mut record, monitor };
-        let mut run = Run::new(options, cache, folder);
         run.draw_all(&results)?;
         run.page_of_all(&results)?;
     }
+    run.folder.copy_inputs()?;
+    run.folder.write_crate(started)?;
     result::put(&record, earlier.as_ref(), &new, out)?;
     Ok(record)
 }
 
 /// The record's file.
-const RUN: &str = "run.json";
+pub const RUN: &str = "run.json";
 
 /// The scenes of a run, with all that its options replace in them.
 fn scenes(options: &Options, record: &mut Record) -> Result<Vec<Scene>, Error> {
@@ -128,7 +141,7 @@ struct Run<'a> {
 }
 
 /// A settled bed, as the tracer takes it.
-struct Bed {
+pub(crate) struct Bed {
     prepared: Prepared,
     /// Its folder below that of the scene's result; empty, or ends with a slash.
     below: String,
@@ -139,6 +152,11 @@ struct Bed {
 }
 
 impl Bed {
+    /// A bed whose files are read when they are needed.
+    pub(crate) fn new(prepared: Prepared) -> Self {
+        Self { prepared, below: String::new(), sources: None, tracer: None }
+    }
+
     /// The bytes of its meshes.
     fn sources(&mut self) -> Result<&Sources, Error> {
         if self.sources.is_none() {
@@ -194,8 +212,8 @@ impl<'a> Run<'a> {
                 match self.options.packings {
                     HowMany::Planned(_) => self.planned(&prepared, packing, library.as_ref())?,
                     HowMany::Number(number) => {
-                        let wanted = Wanted::of(number);
-                        let mut beds = self.drop(&prepared, packing, library.as_ref(), &wanted)?;
+                        let lot = Lot::of(number);
+                        let mut beds = self.drop(&prepared, packing, library.as_ref(), &lot)?;
                         let tables = self.trace(&mut beds, false)?;
                         (beds, tables, None)
                     }

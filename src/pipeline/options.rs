@@ -112,15 +112,26 @@ impl Options {
     /// depend on their number, so that none is traced twice: rays are cheap beside a drop, and
     /// more beds lessen their noise as well.
     pub(super) fn target(&self, beds: usize, is_planned: bool) -> Target {
-        let tolerance = match beds {
-            _ if is_planned => (self.tolerance / 3.0).max(LEAST_OF_PLANNED.min(self.tolerance)),
-            1 => self.tolerance,
-            n => (self.tolerance * (n as f64).sqrt() / 2.0).min(0.5),
-        };
         let Self { max_paths, max_seconds, .. } = *self;
-        // Given-up paths leave the same open in every bed: more beds do not lessen it.
-        Target { tolerance, max_paths, max_seconds, ..Target::of(self.tolerance) }
+        let target = if is_planned {
+            let tolerance = (self.tolerance / 3.0).max(LEAST_OF_PLANNED.min(self.tolerance));
+            Target { tolerance, ..Target::of(self.tolerance) }
+        } else {
+            target_of(self.tolerance, beds)
+        };
+        Target { max_paths, max_seconds, ..target }
     }
+}
+
+/// The target of the trace of each of several beds, of which the mean is to reach a tolerance. The
+/// rays of all together make at most half of it, since the spread between beds needs the rest.
+pub(crate) fn target_of(tolerance: f64, beds: usize) -> Target {
+    let of_each = match beds {
+        1 => tolerance,
+        n => (tolerance * (n as f64).sqrt() / 2.0).min(0.5),
+    };
+    // Given-up paths leave the same open in every bed: more beds do not lessen it.
+    Target { tolerance: of_each, ..Target::of(tolerance) }
 }
 
 /// How many packings are dropped.

@@ -1,6 +1,6 @@
 //! A planned run: beds until the total is within the tolerance.
 
-use super::bring::{Kept, Wanted};
+use super::bring::{Kept, Lot};
 use super::{Bed, Run};
 use crate::beds::own_grains::OwnGrains;
 use crate::report;
@@ -40,11 +40,11 @@ impl Run<'_> {
         loop {
             let begun = self.folder.record.stages.len();
             let mut beds = Vec::new();
-            let mut hulls = Wanted::of(now.drops);
+            let mut hulls = Lot::of(now.drops);
             if now.pairs > 0 {
-                let pairs = Wanted { beds: 0..now.pairs, kept: Kept::Pairs };
+                let pairs = Lot { beds: 0..now.pairs, kept: Kept::Pairs };
                 beds.extend(self.drop(&touching, &touch, library, &pairs)?);
-                hulls = Wanted { beds: now.pairs..now.drops, kept: Kept::Hulls };
+                hulls = Lot { beds: now.pairs..now.drops, kept: Kept::Hulls };
             }
             if !hulls.beds.is_empty() {
                 beds.extend(self.drop(prepared, packing, library, &hulls)?);

@@ -32,8 +32,8 @@ pub struct Record {
     pub command: Vec<String>,
     /// All options.
     pub options: Options,
-    /// soilsig and, where it ran, Blender, its Python and numpy; SHA-256 of shipped scenes and
-    /// scripts.
+    /// soilsig, the processor and, where it ran, Blender, its Python and numpy; SHA-256 of shipped
+    /// scenes and scripts.
     pub versions: BTreeMap<String, String>,
     /// Every seed, by its use.
     pub seeds: BTreeMap<String, u64>,
@@ -72,6 +72,14 @@ pub struct Stage {
     pub cached: bool,
 }
 
+/// The processor of this machine.
+pub fn processor() -> String {
+    let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let line = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    let model = line.map_or("", |(_, model)| model.trim());
+    format!("{} {model}", std::env::consts::ARCH).trim_end().to_owned()
+}
+
 impl Record {
     /// The record of a run that begins.
     pub(super) fn new(command: Vec<String>, options: &Options) -> Self {
@@ -80,7 +88,10 @@ impl Record {
             soilsig_run: FORMAT,
             command,
             options: options.clone(),
-            versions: BTreeMap::from([("soilsig".into(), version)]),
+            versions: BTreeMap::from([
+                ("soilsig".into(), version),
+                ("processor".into(), processor()),
+            ]),
             seeds: BTreeMap::new(),
             inputs: BTreeMap::new(),
             outputs: BTreeMap::new(),

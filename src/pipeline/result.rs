@@ -7,17 +7,19 @@ use std::path::{Path, PathBuf};
 
 use super::RUN;
 use super::folder::UNFINISHED;
+use super::inputs;
 use super::page;
 use super::record::{Output, Record};
 use crate::support::error::Error;
 use crate::support::output::{self, OutputError};
+use crate::support::ro_crate;
 use crate::support::scratch::{self, Scratch};
 
 /// Folder of the replaced files, until all new ones are in their places.
 const REPLACED: &str = ".replaced";
 
 /// Files of every result.
-pub(super) const EVERY: [&str; 11] = [
+pub(super) const EVERY: [&str; 12] = [
     "signature.csv",
     "signature.nc",
     "signature.svg",
@@ -28,6 +30,7 @@ pub(super) const EVERY: [&str; 11] = [
     page::LIGHT,
     page::DROP,
     page::PAGE,
+    ro_crate::FILE,
     RUN,
 ];
 /// Files that some results have. Copies of a scene's files begin as those of [`COPIES`].
@@ -164,7 +167,8 @@ impl Moves {
 fn forget(out: &Path, name: &str, earlier: &Output, record: &Record) {
     let file_name = name.rsplit('/').next().unwrap_or_default();
     let is_ours = EVERY.iter().chain(&SOME).any(|name| *name == file_name)
-        || COPIES.iter().any(|begin| file_name.starts_with(begin));
+        || COPIES.iter().any(|begin| file_name.starts_with(begin))
+        || Path::new(name).starts_with(inputs::INPUTS);
     let Ok(path) = output::within(out, name) else { return };
     let (Ok(place), true) = (path.canonicalize(), is_ours) else { return };
     let is_read =

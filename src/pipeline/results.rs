@@ -14,8 +14,9 @@ use crate::report::{self, Report};
 use crate::scene::Scene;
 use crate::signature;
 use crate::signature::plan::Plan;
-use crate::support::cache::Made;
+use crate::support::cache::{Cache, Made};
 use crate::support::error::Error;
+use crate::support::monitor::Monitor;
 use crate::table::{Prepared, Table};
 use crate::tracer::trace::{self, Request};
 
@@ -35,17 +36,12 @@ impl Run<'_> {
             .par_iter_mut()
             .enumerate()
             .map(|(i, bed)| {
-                let sum = bed.sha256()?;
-                let prepared = bed.prepared.clone();
-                let Prepared { scene, materials, air, .. } = &prepared;
-                let made_from =
-                    (program(), &sum, scene.seed, &materials[..], &**air, grid, &target);
                 let what = if number == 1 { "paths".into() } else { format!("packing {}", i + 1) };
-                let made = cache.stage("trace", &made_from, |folder| {
-                    let request = Request { what: &what, ..Request::new(grid, target) };
-                    let table = trace::trace(bed.tracer()?, &prepared, request, monitor)?;
-                    Ok(table.write(&folder.join("table.json"))?)
-                })?;
+                let made = bed.table(
+                    Request { what: &what, ..Request::new(grid, target) },
+                    cache,
+                    monitor,
+                )?;
                 if i > 0 {
                     // Only the first bed is needed again, for its picture.
                     (bed.sources, bed.tracer) = (None, None);
@@ -152,6 +148,29 @@ impl Run<'_> {
         self.folder.write(&format!("{stem}.png"), plot::png(&svg, plot::PIXELS_PER_UNIT)?)
     }
 }
+
+impl Bed {
+    /// Its bounce table, traced or from the cache.
+    pub(crate) fn table(
+        &mut self,
+        request: Request,
+        cache: &Cache,
+        monitor: &dyn Monitor,
+    ) -> Result<Made, Error> {
+        let sum = self.sha256()?;
+        let prepared = self.prepared.clone();
+        let Prepared { scene, materials, air, .. } = &prepared;
+        let Request { grid, target, .. } = request;
+        let made_from = (program(), &sum, scene.seed, &materials[..], &**air, grid, &target);
+        cache.stage("trace", &made_from, |folder| {
+            let table = trace::trace(self.tracer()?, &prepared, request, monitor)?;
+            Ok(table.write(&folder.join(TABLE))?)
+        })
+    }
+}
+
+/// The file of a bounce table.
+pub(crate) const TABLE: &str = "table.json";
 
 /// Identifies this build of the program, so that it does not use what another one traced.
 pub(crate) fn program() -> Option<(u64, Duration)> {

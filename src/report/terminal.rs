@@ -108,7 +108,7 @@ pub(super) fn span(window: &Window) -> String {
 }
 
 /// A number with as many decimals as its half-width gives a meaning to.
-pub(super) fn number(x: f64, half_width: f64) -> String {
+pub fn number(x: f64, half_width: f64) -> String {
     let decimals = match half_width {
         h if !(5e-6..0.002).contains(&h) => 3,
         h if h >= 2e-4 => 4,

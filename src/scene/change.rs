@@ -28,11 +28,7 @@ impl FromStr for Change {
     fn from_str(text: &str) -> Result<Self, String> {
         let (key, value) =
             text.split_once('=').ok_or("write KEY=VALUE, as in view.zenith_deg=35")?;
-        if key.split('.').any(|part| part.trim() != part || part.is_empty()) {
-            return Err(format!("{key:?} is not a key: write it as in view.zenith_deg"));
-        }
-        let value = serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.into()));
-        Ok(Self { key: key.into(), value })
+        Self::to(key, serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.into())))
     }
 }
 
@@ -57,6 +53,27 @@ impl fmt::Display for Change {
 }
 
 impl Change {
+    /// A change of a key to a JSON value.
+    ///
+    /// # Errors
+    /// The key has an empty part.
+    pub fn to(key: &str, value: Value) -> Result<Self, String> {
+        if key.split('.').any(|part| part.trim() != part || part.is_empty()) {
+            return Err(format!("{key:?} is not a key: write it as in view.zenith_deg"));
+        }
+        Ok(Self { key: key.into(), value })
+    }
+
+    /// The key.
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// The value.
+    pub fn value(&self) -> &Value {
+        &self.value
+    }
+
     /// That of all powders' facets.
     pub(super) fn of_facets(facets: Facets) -> Self {
         Self { key: "facets".into(), value: serde_json::to_value(facets).expect("plain data") }

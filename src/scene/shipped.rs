@@ -21,6 +21,15 @@ pub fn text(name: &str) -> Option<&'static str> {
     COVERAGES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
 }
 
+/// The scene of a coverage: a shipped one's name, or a share from 0 to 1.
+pub fn named(coverage: &str) -> Option<Scene> {
+    let scene = match text(coverage) {
+        Some(_) => shipped(coverage),
+        None => with_cover(coverage.parse().ok().filter(|share| (0.0..=1.0).contains(share))?),
+    };
+    Some(Scene { file: format!("scenes/{coverage}.json").into(), ..scene })
+}
+
 /// The sparse scene with another number of fines: they cover a share, 0 to 1, of the grains'
 /// silhouettes. A share of 0 gives the bare scene.
 pub fn with_cover(share: f64) -> Scene {

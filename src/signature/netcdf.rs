@@ -79,7 +79,7 @@ const UNITS: [(&str, &str); 2] = [("_w_m2_sr_um", "W m-2 sr-1 um-1"), ("_k", "K"
 /// What cannot be written.
 #[derive(Debug)]
 #[expect(dead_code, reason = "shown when a promise of this crate is broken")]
-enum Failed {
+pub(crate) enum Failed {
     Define(InvalidDataSet),
     Write(WriteError),
 }
@@ -136,17 +136,24 @@ fn written(table: &Table, um: &[f64], variables: &[Variable]) -> Result<Vec<u8>,
         }
         writer.close()?;
     }
-    Ok(memory.0.take().into_inner())
+    Ok(memory.bytes())
 }
 
-const WAVELENGTH: &str = "wavelength";
+pub(crate) const WAVELENGTH: &str = "wavelength";
 
 /// NetCDF's own value for what is missing. NaN is not equal to itself, which its writer needs.
-const FILL: f64 = 9.969_209_968_386_869e36;
+pub(crate) const FILL: f64 = 9.969_209_968_386_869e36;
 
 /// Bytes that outlive the writer.
 #[derive(Clone, Default)]
-struct Memory(Rc<RefCell<Cursor<Vec<u8>>>>);
+pub(crate) struct Memory(Rc<RefCell<Cursor<Vec<u8>>>>);
+
+impl Memory {
+    /// What was written.
+    pub(crate) fn bytes(&self) -> Vec<u8> {
+        self.0.take().into_inner()
+    }
+}
 
 impl Write for Memory {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, SystemTime};
 
 use serde::Serialize;
 use sha2::{Digest, Sha256};
@@ -65,6 +67,27 @@ pub struct Cache {
     _of_run: Option<Arc<Scratch>>,
     /// Whether others might write to it: not to a folder that this run made.
     is_to_be_checked: bool,
+    /// Most bytes of all results.
+    limit: u64,
+    /// Bytes made since all results were counted; they are counted at the first result.
+    made: Arc<AtomicU64>,
+}
+
+/// Most bytes of the cache, unless `SOILSIG_CACHE_SIZE` says otherwise.
+const LIMIT: u64 = 20_000_000_000;
+
+/// Results that were used within this time are not removed: a run may still read them.
+const IN_USE: Duration = Duration::from_secs(3600);
+
+/// A result in the cache.
+#[derive(Debug, Clone)]
+pub struct Entry {
+    /// The stage that made it.
+    pub stage: String,
+    /// Bytes of its files.
+    pub bytes: u64,
+    folder: PathBuf,
+    used: SystemTime,
 }
 
 impl Cache {
@@ -93,7 +116,14 @@ impl Cache {
 
     /// A cache in its own folder.
     pub fn new(root: PathBuf) -> Self {
-        Self { blenders: root.clone(), root, _of_run: None, is_to_be_checked: true }
+        Self {
+            blenders: root.clone(),
+            root,
+            _of_run: None,
+            is_to_be_checked: true,
+            limit: limit(),
+            made: Arc::new(AtomicU64::new(u64::MAX)),
+        }
     }
 
     /// A cache in a temporary folder of this run.
@@ -104,7 +134,8 @@ impl Cache {
     /// A cache in a temporary folder of this run that shares the known Blenders.
     #[must_use]
     pub fn other_results(&self, root: PathBuf) -> Self {
-        Self { root, is_to_be_checked: false, ..self.clone() }
+        let made = Arc::new(AtomicU64::new(u64::MAX));
+        Self { root, is_to_be_checked: false, made, ..self.clone() }
     }
 
     /// The folder in which known Blenders are noted.
@@ -139,6 +170,9 @@ impl Cache {
             return Ok(None);
         }
         if let Some(files) = intact(&folder) {
+            // Results that were not used for longest go first.
+            let now = std::fs::File::open(folder.join(MANIFEST));
+            let _ = now.and_then(|file| file.set_modified(SystemTime::now()));
             return Ok(Some(Made { folder, files, cached: true }));
         }
         // Another run may have been faster.
@@ -180,7 +214,79 @@ impl Cache {
             Err(_) if intact(&folder).is_some() => {}
             Err(error) => return Err(failed(&folder)(error).into()),
         }
+        self.keep_limit(&folder)?;
         Ok(Made { folder, files, cached: false })
+    }
+
+    /// Most bytes of all results.
+    pub fn limit(&self) -> u64 {
+        self.limit
+    }
+
+    /// All results.
+    pub fn entries(&self) -> Result<Vec<Entry>, Error> {
+        if !self.root.is_dir() {
+            return Ok(Vec::new());
+        }
+        self.open()?;
+        let names = output::list(&self.root).map_err(CacheError::Output)?;
+        let entry = |name: String| {
+            let (stage, sum) = name.rsplit_once('-')?;
+            let is_ours = !stage.starts_with('.')
+                && sum.len() == 32
+                && sum.bytes().all(|b| b.is_ascii_hexdigit());
+            let folder = self.root.join(&name);
+            let used = std::fs::metadata(folder.join(MANIFEST)).and_then(|file| file.modified());
+            // Another process may have removed it.
+            let (bytes, used) = (bytes_of(&folder)?, used.ok()?);
+            is_ours.then(|| Entry { stage: stage.to_owned(), bytes, folder, used })
+        };
+        Ok(names.into_iter().filter_map(entry).collect())
+    }
+
+    /// Removes results, all of them or those of a stage; returns how many and their bytes.
+    pub fn clear(&self, stage: Option<&str>) -> Result<(usize, u64), Error> {
+        let is_meant = |entry: &Entry| stage.is_none_or(|stage| entry.stage == stage);
+        let meant: Vec<Entry> = self.entries()?.into_iter().filter(is_meant).collect();
+        for entry in &meant {
+            self.remove(entry)?;
+        }
+        Ok((meant.len(), meant.iter().map(|entry| entry.bytes).sum()))
+    }
+
+    fn remove(&self, entry: &Entry) -> Result<(), Error> {
+        // It loses its name at once, so that nobody finds half of it.
+        let scratch = self.scratch()?;
+        match std::fs::rename(&entry.folder, scratch.path().join("removed")) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                Err(failed(&entry.folder)(error).into())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Removes the results that were not used for longest, if all together pass the limit.
+    fn keep_limit(&self, new: &Path) -> Result<(), Error> {
+        let bytes = bytes_of(new).unwrap_or(0);
+        let made = self.made.fetch_add(bytes, Ordering::Relaxed);
+        // Counting takes a look at every file: so it is done now and then.
+        let is_due = made == u64::MAX || made.saturating_add(bytes) > self.limit / 20;
+        if !is_due {
+            return Ok(());
+        }
+        self.made.store(0, Ordering::Relaxed);
+        let mut entries = self.entries()?;
+        let mut total: u64 = entries.iter().map(|entry| entry.bytes).sum();
+        entries.sort_by_key(|entry| entry.used);
+        let is_free = |entry: &Entry| entry.used.elapsed().is_ok_and(|age| age > IN_USE);
+        for entry in entries.iter().filter(|entry| is_free(entry)) {
+            if total <= self.limit {
+                break;
+            }
+            self.remove(entry)?;
+            total -= entry.bytes;
+        }
+        Ok(())
     }
 
     /// A folder for work in progress, on the same disk. It is removed when dropped.
@@ -193,6 +299,30 @@ impl Cache {
         let text = serde_json::to_vec(&(env!("CARGO_PKG_VERSION"), inputs)).expect("plain data");
         self.root.join(format!("{name}-{}", output::hex(&Sha256::digest(text)[..16])))
     }
+}
+
+/// The limit that the user set.
+fn limit() -> u64 {
+    std::env::var("SOILSIG_CACHE_SIZE").ok().and_then(|text| bytes(&text)).unwrap_or(LIMIT)
+}
+
+/// Bytes written as `500M`, `20G` or `2T`.
+pub fn bytes(text: &str) -> Option<u64> {
+    let text = text.trim().trim_end_matches(['b', 'B']);
+    let (number, times) = match text.chars().last()?.to_ascii_uppercase() {
+        'K' => (&text[..text.len() - 1], 1e3),
+        'M' => (&text[..text.len() - 1], 1e6),
+        'G' => (&text[..text.len() - 1], 1e9),
+        'T' => (&text[..text.len() - 1], 1e12),
+        _ => (text, 1.0),
+    };
+    let number: f64 = number.trim().parse().ok().filter(|n: &f64| *n >= 0.0 && n.is_finite())?;
+    Some((number * times) as u64)
+}
+
+fn bytes_of(folder: &Path) -> Option<u64> {
+    let files = std::fs::read_dir(folder).ok()?.flatten();
+    Some(files.filter_map(|file| file.metadata().ok()).map(|file| file.len()).sum())
 }
 
 fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> CacheError + use<> {
@@ -301,6 +431,41 @@ mod tests {
             assert!(!made.cached && made.files == ["file"], "{name}");
         }
         assert_eq!(std::fs::read(mine).expect("kept"), b"mine");
+    }
+
+    #[test]
+    fn what_was_not_used_for_longest_goes_when_the_limit_is_passed() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let make = |cache: &Cache, stage: &str, number: u32| {
+            let fill = |at: &Path| Ok(output::bytes(&at.join("file"), &[0; 1000])?);
+            cache.stage(stage, &number, fill).expect("made").folder
+        };
+        let cache = Cache { limit: 3500, ..Cache::new(folder.path().join("cache")) };
+        let made: Vec<PathBuf> = (0..3).map(|number| make(&cache, "s", number)).collect();
+        for (folder, hours) in made.iter().zip([4, 6, 5]) {
+            let file = std::fs::File::open(folder.join(MANIFEST)).expect("there");
+            let then = SystemTime::now() - Duration::from_secs(3600 * hours);
+            file.set_modified(then).expect("set");
+        }
+        // The oldest is looked for, which makes it the newest.
+        assert!(cache.look("s", &1).expect("it is read").is_some());
+        make(&cache, "t", 3);
+        assert_eq!(
+            made.iter().map(|folder| folder.is_dir()).collect::<Vec<_>>(),
+            [true, true, false]
+        );
+        // The rest are in use, or within the limit.
+        assert_eq!(cache.entries().expect("listed").len(), 3);
+        assert_eq!(cache.clear(Some("t")).expect("cleared").0, 1);
+        assert_eq!(cache.clear(None).expect("cleared").0, 2);
+        assert_eq!(output::list(cache.root()).expect("a folder"), [""; 0]);
+    }
+
+    #[test]
+    fn sizes_are_written_with_a_letter() {
+        let all = ["500M", "20G", "2 tb", "1000", "1.5k"].map(bytes);
+        assert_eq!(all, [500e6, 20e9, 2e12, 1e3, 1.5e3].map(|n| Some(n as u64)));
+        assert_eq!(["", "G", "-1G", "much"].map(bytes), [None; 4]);
     }
 
     #[test]

@@ -21,6 +21,8 @@ pub enum Status {
     Differs = 5,
     /// No parameter makes the fit good; the result is written.
     NoGoodFit = 6,
+    /// Some beds of a sweep failed; the results of the others are written.
+    BedsFailed = 7,
     /// No Blender was found.
     BlenderMissing = 10,
     /// The Blender found has a version that soilsig cannot use.
@@ -41,7 +43,7 @@ pub enum Status {
 
 impl Status {
     /// All of them, with their meanings.
-    pub const ALL: [(Self, &str); 14] = [
+    pub const ALL: [(Self, &str); 15] = [
         (Self::Files, "a file could not be read or written"),
         (Self::Usage, "the command line is wrong"),
         (Self::Input, "a scene, spectrum, mesh or table is wrong"),
@@ -51,6 +53,7 @@ impl Status {
             "a replayed run gave other bytes, or two results differ beyond their errors",
         ),
         (Self::NoGoodFit, "the result is written, but no parameter makes the fit good"),
+        (Self::BedsFailed, "some beds of a sweep failed; the results of the others are written"),
         (Self::BlenderMissing, "no Blender was found"),
         (Self::BlenderVersion, "Blender has a version that soilsig cannot use"),
         (Self::BlenderNumpy, "Blender's Python has no numpy"),

@@ -14,6 +14,7 @@ pub mod output;
 mod place;
 pub mod random;
 pub mod resources;
+pub mod ro_crate;
 pub mod scratch;
 mod sobol;
 pub mod statistics;

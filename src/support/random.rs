@@ -61,6 +61,8 @@ pub enum Purpose {
     Thinning = 7,
     /// Draws from a posterior.
     Posterior = 8,
+    /// Points of a study.
+    Study = 9,
 }
 
 /// The source of a path's numbers.

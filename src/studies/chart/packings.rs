@@ -6,8 +6,8 @@ use std::time::Duration;
 use rayon::prelude::*;
 
 use super::{REPEATS, Reference, Run, Setting, Took, Trade, timed};
-use crate::beds::Order;
 use crate::beds::own_grains::OwnGrains;
+use crate::beds::{Order, Wanted};
 use crate::blender::Blender;
 use crate::scene::{Collision, Fines, Grid, Packing, Scene, SceneGeometry};
 use crate::signature;
@@ -251,10 +251,7 @@ impl Maker<'_> {
         let cache = Cache::of_run(folder.path().to_owned());
         let order = Order {
             blender: self.blender,
-            scene: &scene,
-            packing: &packing,
-            own_grains: library.as_ref(),
-            seeds: &seeds,
+            beds: Wanted::of_seeds(&scene, &packing, library.as_ref(), &seeds),
             of_first: &[],
             time_limit: self.time_limit,
         };
