@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::arguments::{named, utf8_path};
 use super::terminal::one_line;
-use super::{Context, Outcome, command_line, print, usage};
+use super::{Context, Outcome, usage};
 use crate::pipeline::record::Record;
 use crate::pipeline::{self, Options};
 use crate::support::cache::Cache;
@@ -40,7 +40,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         _ => Path::new("."),
     };
     if out.canonicalize().ok().is_some_and(|out| Some(out) == folder.canonicalize().ok()) {
-        usage("--out is the folder of the recorded run, which would be overwritten: name another");
+        return Err(usage("--out is the folder of the recorded run, which would be overwritten: name another"));
     }
     let mut lines = Vec::new();
     for (path, sum) in &before.inputs {
@@ -60,7 +60,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
             recorded.display()
         ));
     }
-    let after = pipeline::run(&options, command_line(), &out, &cache, &context.terminal)?;
+    let after = pipeline::run(&options, context.command.clone(), &out, &cache, context.monitor)?;
     for (name, version) in &before.versions {
         if after.versions.get(name) != Some(version) {
             let now = after.versions.get(name).map_or("none", String::as_str);
@@ -94,9 +94,9 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         n => format!("another result: {n} of {files} files differ"),
     };
     let lines: Vec<String> = lines.iter().map(|line| one_line(line)).collect();
-    print(&format!("{answer}\n  {}\n", lines.join("\n  ")))?;
+    context.print(&format!("{answer}\n  {}\n", lines.join("\n  ")))?;
     if let Some(out) = &args.out {
-        print(&format!("result in {}\n", out.display()))?;
+        context.print(&format!("result in {}\n", out.display()))?;
     }
     Ok((differing > 0).then_some(Status::Differs))
 }
