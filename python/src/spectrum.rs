@@ -71,9 +71,8 @@ impl Spectrum {
 
     #[staticmethod]
     fn of_json(text: &str) -> PyResult<Self> {
-        let wrong = |error: serde_json::Error| {
-            pyo3::exceptions::PyValueError::new_err(error.to_string())
-        };
+        let wrong =
+            |error: serde_json::Error| pyo3::exceptions::PyValueError::new_err(error.to_string());
         serde_json::from_str(text).map(Self).map_err(wrong)
     }
 

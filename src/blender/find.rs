@@ -115,7 +115,7 @@ impl Search {
         let venv = self.folder.join(".venv/bin/python");
         let is_ours = fs::symlink_metadata(&venv)
             .is_ok_and(|now| [0, nix::unistd::geteuid().as_raw()].contains(&now.uid()));
-        let own = self.interpreter.as_deref().map(|name| ("the Python that runs soilsig", name));
+        let own = self.interpreter.as_deref().map(|name| ("Python of soilsig", name));
         let others = [
             ("blender on PATH", OsStr::new("blender")),
             (".venv/bin/python", venv.as_os_str()),

@@ -6,7 +6,7 @@ use std::thread;
 
 use serde_json::{Value, json};
 
-use super::{Context};
+use super::Context;
 use crate::blender::{Attempt, Blender, Outcome, Search};
 use crate::support::error::Failure;
 

@@ -142,7 +142,8 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
             context.print(&format!("warning: {warning}\n"))?;
         }
     }
-    context.print(&format!("result in {} (match.txt, match.svg, match.json)\n", args.out.display()))?;
+    context
+        .print(&format!("result in {} (match.txt, match.svg, match.json)\n", args.out.display()))?;
     Ok(status)
 }
 

@@ -40,7 +40,9 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         _ => Path::new("."),
     };
     if out.canonicalize().ok().is_some_and(|out| Some(out) == folder.canonicalize().ok()) {
-        return Err(usage("--out is the folder of the recorded run, which would be overwritten: name another"));
+        return Err(usage(
+            "--out is the folder of the recorded run, which would be overwritten: name another",
+        ));
     }
     let mut lines = Vec::new();
     for (path, sum) in &before.inputs {

@@ -121,7 +121,10 @@ fn of_image(
         return Err(usage("an image needs --out FILE.img"));
     };
     if ending(out) != "img" {
-        return Err(usage(&format!("{}: images are written as .img, with their .hdr beside", out.display())));
+        return Err(usage(&format!(
+            "{}: images are written as .img, with their .hdr beside",
+            out.display()
+        )));
     }
     let beside = retrieve::Image::errors_beside(&args.radiance);
     let beside = beside.filter(|_| args.radiance_error.is_none());

@@ -44,8 +44,11 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<(), Error> {
             }
         }
     }
-    let (wavelength_um, curves) =
-        if args.response.is_empty() { args.on_grid(&spectra, context)? } else { args.in_bands(&spectra, context)? };
+    let (wavelength_um, curves) = if args.response.is_empty() {
+        args.on_grid(&spectra, context)?
+    } else {
+        args.in_bands(&spectra, context)?
+    };
     let names = spectra.iter().map(|spectrum| spectrum.name().to_owned());
     format::write(&args.out, &wavelength_um, &names.zip(curves).collect::<Vec<_>>())
 }
@@ -67,7 +70,9 @@ impl Args {
                 && let Spectrum::Tabulated(points) = spectrum
             {
                 if wavelengths(spectrum, self.input.range)? != um {
-                    return Err(usage("the spectra have different wavelengths: give common ones by --step"));
+                    return Err(usage(
+                        "the spectra have different wavelengths: give common ones by --step",
+                    ));
                 }
                 // No format that is written can mark missing values.
                 let within = |gap: &&[f64; 2]| um[0] < gap[1] && gap[0] < um[um.len() - 1];

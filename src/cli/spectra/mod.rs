@@ -95,7 +95,10 @@ impl Input {
             let names: Vec<String> = spectra.iter().filter_map(|s| s.name.clone()).collect();
             spectra.retain(|spectrum| spectrum.name.as_deref() == Some(name));
             if spectra.is_empty() {
-                return Err(usage(&format!("{text} has no spectrum {name:?}; it has {}", names.join(", "))));
+                return Err(usage(&format!(
+                    "{text} has no spectrum {name:?}; it has {}",
+                    names.join(", ")
+                )));
             }
         }
         Ok(spectra.into_iter().map(Spectrum::Tabulated).collect())

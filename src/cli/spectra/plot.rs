@@ -24,10 +24,7 @@ pub(super) struct Args {
     bare_figure: bool,
 }
 
-pub(super) fn run(
-    Args { input, out, bare_figure }: &Args,
-    context: &Context,
-) -> Result<(), Error> {
+pub(super) fn run(Args { input, out, bare_figure }: &Args, context: &Context) -> Result<(), Error> {
     let file = ChartFile::new(out)?;
     let Drawn { curves, mut caption, credit } =
         drawn(&input.spectra, &input.read(0.0)?, input.range)?;
