@@ -62,8 +62,8 @@ class Run:
 
     @cached_property
     def signature(self) -> xr.Dataset:
-        """Emissivity and radiance with their errors, as ``signature.nc`` has them: `Table.signature`
-        at the wavelengths of the run."""
+        """Emissivity and radiance with their errors, as ``signature.nc`` has them:
+        `Table.signature` at the wavelengths of the run."""
         return self.table.signature()
 
     @property
@@ -238,7 +238,7 @@ class Match:
 
     @property
     def fit(self) -> xr.Dataset:
-        """Measured and fitted emissivity with their standard errors and the residual, by wavelength,
+        """Measured and fitted emissivity, their standard errors and the residual, by wavelength,
         um: the columns of ``match.csv``."""
         with open(self.folder / "match.csv", encoding="utf-8", newline="") as file:
             heading, *rows = csv.reader(file)

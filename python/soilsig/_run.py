@@ -19,12 +19,6 @@ except ImportError:
 if sys.executable:
     os.environ["SOILSIG_PYTHON"] = sys.executable
 
-MEANINGS = {
-    4: "the result is written, but its tolerance was not reached",
-    5: "a replayed run gave other bytes, or two results differ beyond their errors",
-    6: "the result is written, but no parameter makes the fit good",
-}
-
 
 class Answer(NamedTuple):
     """What a command answered.
@@ -101,12 +95,12 @@ def run(args: Iterable[Any]) -> Answer:
     words = ["soilsig", *(os.fspath(a) if isinstance(a, os.PathLike) else str(a) for a in args)]
     listener = _Listener()
     try:
-        answer = Answer(*_soilsig.call(words, listener))
+        text, status, meaning = _soilsig.call(words, listener)
     finally:
         listener.close()
-    if answer.status in MEANINGS:
-        warnings.warn(MEANINGS[answer.status], stacklevel=3)
-    return answer
+    if meaning is not None:
+        warnings.warn(meaning, stacklevel=3)
+    return Answer(text, status)
 
 
 def options(**given: Any) -> list[str]:

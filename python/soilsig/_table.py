@@ -99,9 +99,7 @@ class Table:
         values = array(table.emissivity(um.tolist()))
         return self._by_wavelength(um, values, "emissivity", "emissivity towards the sensor")
 
-    def jacobian(
-        self, spectra: Spectra | None = None, *, wavelength: Any = None
-    ) -> xr.DataArray:
+    def jacobian(self, spectra: Spectra | None = None, *, wavelength: Any = None) -> xr.DataArray:
         """How the emissivity of the bed changes with that of the facets.
 
         Parameters
@@ -203,9 +201,7 @@ class Table:
         return self._of.changed(new, temperature, sky, atmosphere)
 
     @staticmethod
-    def _by_wavelength(
-        um: np.ndarray, values: np.ndarray, name: str, meaning: str
-    ) -> xr.DataArray:
+    def _by_wavelength(um: np.ndarray, values: np.ndarray, name: str, meaning: str) -> xr.DataArray:
         attributes = {"long_name": meaning, "units": "1"}
         return xr.DataArray(values, {"wavelength": coordinate(um)}, "wavelength", name, attributes)
 

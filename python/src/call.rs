@@ -10,7 +10,8 @@ use std::time::Duration;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use soilsig::Monitor;
-use soilsig::cli;
+use soilsig::Status;
+use soilsig::cli::{self, Answer};
 
 use crate::failure::raised;
 
@@ -61,13 +62,14 @@ impl Monitor for Listener {
 }
 
 /// Runs a command line, its own name first. `listener` has the methods `begin`, `at`, `say` and
-/// `end`, and hears of the work. Returns what the command printed, and its exit status.
+/// `end`, and hears of the work. Returns what the command printed, its exit status and, unless that
+/// is 0, what it means.
 #[pyfunction]
 pub fn call(
     py: Python<'_>,
     args: Vec<OsString>,
     listener: &Bound<'_, PyAny>,
-) -> PyResult<(String, u8)> {
+) -> PyResult<(String, u8, Option<&'static str>)> {
     let (told, heard) = mpsc::channel();
     let heard = Mutex::new(heard);
     let is_cancelled = Arc::new(AtomicBool::new(false));
@@ -102,7 +104,11 @@ pub fn call(
         return Err(error);
     }
     match answer {
-        Ok(Ok(answer)) => Ok((answer.text, answer.status.map_or(0, |status| status as u8))),
+        Ok(Ok(Answer { text, status })) => {
+            let meaning = Status::ALL.iter().find(|(of, _)| Some(*of) == status);
+            let status = status.map_or(0, |status| status as u8);
+            Ok((text, status, meaning.map(|(_, meaning)| *meaning)))
+        }
         Ok(Err(error)) => Err(raised(error)),
         Err(_) => Err(PyRuntimeError::new_err("soilsig broke a promise of its own: see above")),
     }

@@ -8,9 +8,9 @@ import sys
 import numpy as np
 import pytest
 import xarray as xr
-from conftest import NEEDS_BLENDER, PATCH, ROOT
 
 import soilsig
+from conftest import NEEDS_BLENDER, PATCH, ROOT
 
 
 def test_the_same_bytes_as_by_the_command_line(program, tmp_path):

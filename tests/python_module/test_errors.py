@@ -10,9 +10,9 @@ import time
 
 import numpy as np
 import pytest
-from conftest import PATCH
 
 import soilsig
+from conftest import PATCH
 from soilsig import _run
 
 
@@ -47,7 +47,7 @@ def test_errors_of_the_library_are_exceptions_too(table):
     with pytest.raises(soilsig.Error) as caught:
         table.emissivity(wavelength=[5.0])
     assert caught.value.status == 3
-    with pytest.raises(soilsig.Error, match="twice|ascending"):
+    with pytest.raises(soilsig.Error, match=r"twice|ascending"):
         soilsig.Spectrum(([8.0, 8.0], [0.5, 0.5]))
     with pytest.raises(ValueError, match="as many"):
         soilsig.Spectrum(([8.0, 9.0], [0.5]))

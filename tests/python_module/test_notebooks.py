@@ -6,8 +6,9 @@ from pathlib import Path
 
 import nbformat
 import pytest
-from conftest import NEEDS_BLENDER, ROOT
 from nbclient import NotebookClient
+
+from conftest import NEEDS_BLENDER, ROOT
 
 NOTEBOOKS = sorted((ROOT / "docs" / "guide" / "notebooks").glob("*.ipynb"))
 

@@ -42,7 +42,9 @@ def test_other_spectra_temperatures_and_skies_are_those_of_the_command_line(
         "--temperature", 310, "--sky", 250, "--range", "8-12", "--step", "0.5",
     )  # fmt: skip
     lines = [line.split(",") for line in out.read_text().splitlines()]
-    written = {name: [float(line[i] or "nan") for line in lines[1:]] for i, name in enumerate(lines[0])}
+    written = {
+        name: [float(line[i] or "nan") for line in lines[1:]] for i, name in enumerate(lines[0])
+    }
     for given in [file, str(file), (um, own), xr.DataArray(own, {"wavelength": um}, "wavelength")]:
         found = table.signature({"fine": given}, temperature=310, sky=250)
         for name in ["emissivity", "l_target_w_m2_sr_um", "brightness_temperature_k"]:
