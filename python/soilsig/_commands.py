@@ -86,7 +86,8 @@ class Run:
 
 def _part(of: Run, name: str) -> Run:
     part = Run.__new__(Run)
-    part.folder, part.record = of.folder / name, of.record
+    part.folder = of.folder / name
+    part.record = {**of.record, "reached": {name: of.record["reached"][name]}}
     return part
 
 

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -97,11 +98,12 @@ def test_a_recipe_becomes_a_run(tmp_path, monkeypatch):
 
 
 @pytest.mark.skipif("SOILSIG_TEST_BPY" not in os.environ, reason="no Python with bpy")
-def test_the_bpy_beside_the_module_is_found():
+def test_the_bpy_beside_the_module_is_found(tmp_path):
     command = [os.environ["SOILSIG_TEST_BPY"], "-m", "soilsig", "doctor", "--json"]
     environment = {name: of for name, of in os.environ.items() if name != "SOILSIG_BLENDER"}
-    # The module of this environment, seen from the other one.
-    environment["PYTHONPATH"] = os.path.dirname(os.path.dirname(soilsig.__file__))
+    # The module alone of this environment, in the other one.
+    (tmp_path / "soilsig").symlink_to(Path(soilsig.__file__).parent)
+    environment["PYTHONPATH"] = str(tmp_path)
     environment["PATH"] = ""
     done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd="/")
     assert done.returncode == 0, done.stdout + done.stderr
