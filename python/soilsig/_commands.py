@@ -158,7 +158,7 @@ def pipeline(
     Error
         In the words of the command line.
     """
-    known = {name: value for name, value in locals().items() if name not in ("scene", "set", "out")}
+    known = _but(locals(), "scene", "set", "out")
     what = ["--coverage", str(scene)]
     if not _is_coverage(scene):
         file = _scene_file(scene, Path("out") if out is None else Path(out).parent)
@@ -202,7 +202,7 @@ def trace(
     -------
     Table
     """
-    known = {name: value for name, value in locals().items() if name not in ("scene", "set")}
+    known = _but(locals(), "scene", "set")
     file = _scene_file(scene, Path(out).parent)
     run(["trace", os.fspath(file), *options(set=_changes(set), **known)])
     return Table(out)
@@ -314,8 +314,7 @@ def match(
     -------
     Match
     """
-    others = ("spectrum", "scene", "prior")
-    known = {name: value for name, value in locals().items() if name not in others}
+    known = _but(locals(), "spectrum", "scene", "prior")
     priors = [_prior(name, of) for name, of in (prior or {}).items()]
     Path(out).mkdir(parents=True, exist_ok=True)
     file = spectrum
@@ -370,8 +369,7 @@ def image(
         radiance and its standard error, W m-2 sr-1 um-1, and emissivity, all of shape (line,
         sample, wavelength).
     """
-    others = ("scene", "set", "pixels", "false_colour", "show")
-    known = {name: value for name, value in locals().items() if name not in others}
+    known = _but(locals(), "scene", "set", "pixels", "false_colour", "show")
     commas = {"false_colour": false_colour, "show": show}
     words = {name: ",".join(map(str, of)) for name, of in commas.items() if of is not None}
     size = None if pixels is None else "x".join(map(str, pixels))
@@ -384,9 +382,9 @@ def image(
         ("emissivity", "1"),
     ):
         size, um, values = _soilsig.cube(os.fspath(Path(out) / f"{name}.img"))
-        values = array(values).reshape(*size, -1)
+        by_band = array(values).reshape(-1, *size)
         dimensions = ("line", "sample", "wavelength")
-        data[name] = xr.Variable(dimensions, values, {"units": units})
+        data[name] = xr.Variable(dimensions, np.moveaxis(by_band, 0, -1), {"units": units})
     return xr.Dataset(data, {"wavelength": coordinate(array(um))})
 
 
@@ -407,6 +405,11 @@ def _scene_file(scene: AnyScene, folder: Path) -> Path:
         return Path(scene)
     scene = Scene(scene)
     return scene.write(folder / f"{scene.name}.json")
+
+
+def _but(given: dict[str, Any], *others: str) -> dict[str, Any]:
+    """What a function was given, by name, but for what is no option of the command line."""
+    return {name: value for name, value in given.items() if name not in others}
 
 
 def _changes(set: Mapping[str, Any] | None) -> list[str]:

@@ -45,7 +45,7 @@ pub fn wavelengths<'py>(
 /// Lines, samples, wavelengths, and values of an image.
 type Image<'py> = ((usize, usize), Bound<'py, PyBytes>, Bound<'py, PyBytes>);
 
-/// An ENVI image: its values by line, sample and band.
+/// An ENVI image: its values by band, line and sample.
 #[pyfunction]
 pub fn cube<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Image<'py>> {
     let path: &Path = &path;
