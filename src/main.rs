@@ -1,5 +1,5 @@
 //! The program: see the library for what it does.
 
 fn main() -> std::process::ExitCode {
-    soilsig::cli::run()
+    soilsig::cli::run(std::env::args_os()).into()
 }

@@ -14,6 +14,9 @@ use crate::support::monitor::Monitor;
 /// The environment variable that names the Blender to use.
 pub const VARIABLE: &str = "SOILSIG_BLENDER";
 
+/// The environment variable by which the Python module names its interpreter.
+const INTERPRETER: &str = "SOILSIG_PYTHON";
+
 /// Longest that a Blender may take to say what it is.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -36,6 +39,8 @@ pub struct Search {
     pub explicit: Option<OsString>,
     /// The value of `SOILSIG_BLENDER`.
     pub variable: Option<OsString>,
+    /// The Python that runs the program, if one does.
+    pub interpreter: Option<OsString>,
     /// The folders to search, in the form of PATH.
     pub path: Option<OsString>,
     /// The folder of `.venv`.
@@ -78,6 +83,7 @@ impl Search {
         Self {
             explicit: explicit.map(Into::into),
             variable: env::var_os(VARIABLE).filter(|value| !value.is_empty()),
+            interpreter: env::var_os(INTERPRETER).filter(|value| !value.is_empty()),
             path: env::var_os("PATH"),
             folder: env::current_dir().unwrap_or_default(),
             cache: cache.to_owned(),
@@ -109,13 +115,15 @@ impl Search {
         let venv = self.folder.join(".venv/bin/python");
         let is_ours = fs::symlink_metadata(&venv)
             .is_ok_and(|now| [0, nix::unistd::geteuid().as_raw()].contains(&now.uid()));
-        for (place, name) in [
+        let own = self.interpreter.as_deref().map(|name| ("Python of soilsig", name));
+        let others = [
             ("blender on PATH", OsStr::new("blender")),
             (".venv/bin/python", venv.as_os_str()),
             ("python3 on PATH", OsStr::new("python3")),
             ("python3.11 on PATH", OsStr::new("python3.11")),
             ("python on PATH", OsStr::new("python")),
-        ] {
+        ];
+        for (place, name) in own.into_iter().chain(others) {
             let path = self.which(name).filter(|_| name != venv || is_ours);
             let outcome =
                 path.as_deref().map_or(Outcome::Nothing, |path| self.examine(path, monitor));

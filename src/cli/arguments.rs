@@ -33,8 +33,8 @@ pub struct Bands {
 }
 
 impl Bands {
-    pub fn grid(&self) -> Grid {
-        Grid::new(self.range.0, self.range.1, self.step).unwrap_or_else(|problem| usage(&problem))
+    pub fn grid(&self) -> Result<Grid, Error> {
+        Grid::new(self.range.0, self.range.1, self.step).map_err(|problem| usage(&problem))
     }
 }
 
@@ -91,7 +91,7 @@ pub fn sky(words: Option<&str>) -> Result<retrieve::Sky, Error> {
         None => retrieve::Sky::OfFile,
         Some((_, Ok(kelvin))) => retrieve::Sky::Grey(kelvin),
         Some((words, Err(problem))) if words.parse::<f64>().is_ok() => {
-            usage(&format!("--sky: {problem}"))
+            return Err(usage(&format!("--sky: {problem}")));
         }
         Some((words, Err(_))) => retrieve::Sky::Table(SkyTable::read(Path::new(words))?),
     })
@@ -211,42 +211,43 @@ pub fn ending(path: &Path) -> String {
 
 /// A spectrum on the command line: a number, a shipped one's name, `fresnel:CONSTANTS`, `inverted:`
 /// before a powder's, `mix:SHARE*SPECTRUM+SHARE*SPECTRUM`, else a file.
-pub fn spectrum_source(text: &str) -> SpectrumSource {
-    if let Ok(value) = text.parse::<f64>() {
+pub fn spectrum_source(text: &str) -> Result<SpectrumSource, Error> {
+    Ok(if let Ok(value) = text.parse::<f64>() {
         if !(0.0..=1.0).contains(&value) {
-            usage(&format!("an emissivity of {value} is not within 0 to 1"));
+            return Err(usage(&format!("an emissivity of {value} is not within 0 to 1")));
         }
         SpectrumSource::Constant(value)
     } else if let Some(constants) = text.strip_prefix("fresnel:") {
         SpectrumSource::Fresnel(constants_source(constants))
     } else if let Some(components) = text.strip_prefix("mix:") {
-        let component = |text: &str| {
+        let component = |text: &str| -> Result<Component, Error> {
             let parts =
                 text.split_once('*').and_then(|(share, of)| Some((share.parse().ok()?, of)));
             let Some((share, of)) = parts else {
-                usage(&format!("{text:?} is not SHARE*SPECTRUM"))
+                return Err(usage(&format!("{text:?} is not SHARE*SPECTRUM")));
             };
-            Component { share, spectrum: spectrum_source(of) }
+            Ok(Component { share, spectrum: spectrum_source(of)? })
         };
-        let mix = SpectrumSource::Mix(components.split('+').map(component).collect());
+        let components: Result<_, Error> = components.split('+').map(component).collect();
+        let mix = SpectrumSource::Mix(components?);
         if let Some(problem) = mix.problem() {
-            usage(&format!("{text:?}: {problem}"));
+            return Err(usage(&format!("{text:?}: {problem}")));
         }
         mix
     } else if let Some(powder) = text.strip_prefix("inverted:") {
         if ["inverted:", "fresnel:", "mix:"].iter().any(|other| powder.starts_with(other)) {
-            usage(&format!(
+            return Err(usage(&format!(
                 "{text:?} is not a spectrum: after inverted: name a powder's, by a shipped one's \
                  name, a file or a number"
-            ));
+            )));
         }
-        let spectrum = Box::new(spectrum_source(powder));
+        let spectrum = Box::new(spectrum_source(powder)?);
         SpectrumSource::Inverted(Inverted { spectrum, pure_bed: Vec::new() })
     } else if Spectrum::builtin(text).is_ok() {
         SpectrumSource::Builtin(text.to_owned())
     } else {
         SpectrumSource::File(text.into())
-    }
+    })
 }
 
 /// Optical constants on the command line: a shipped set's name, or a .json file.
@@ -260,7 +261,7 @@ fn constants_source(text: &str) -> Constants {
 
 /// A spectrum on the command line, read.
 pub fn spectrum(text: &str) -> Result<Spectrum, Error> {
-    Ok(Spectrum::resolve(&spectrum_source(text), Path::new(""))?)
+    Ok(Spectrum::resolve(&spectrum_source(text)?, Path::new(""))?)
 }
 
 /// The file of a spectrum on the command line, if it has one.
@@ -283,14 +284,17 @@ enum Kind {
 }
 
 impl<'a> ChartFile<'a> {
-    pub fn new(path: &'a Path) -> Self {
+    pub fn new(path: &'a Path) -> Result<Self, Error> {
         let kind = match &*ending(path) {
             "svg" => Kind::Svg,
             "pdf" => Kind::Pdf,
             "png" => Kind::Png,
-            _ => usage(&format!("{}: charts are written as .svg, .pdf or .png", path.display())),
+            _ => {
+                let path = path.display();
+                return Err(usage(&format!("{path}: charts are written as .svg, .pdf or .png")));
+            }
         };
-        Self { path, kind }
+        Ok(Self { path, kind })
     }
 
     pub fn write(&self, svg: &str) -> Result<(), Error> {

@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use super::arguments::{absolute, utf8_path};
-use super::{Context, Outcome, print};
+use super::{Context, Outcome};
 use crate::blender;
 
 /// Opens Blender's window to author grains over SEM images, or writes the add-on for its
@@ -38,13 +38,13 @@ struct What {
 pub fn run(args: &Args, context: &Context) -> Outcome {
     if let Some(path) = &args.what.addon_zip {
         blender::write_addon(path)?;
-        print(&format!("add-on in {}\n", path.display()))?;
+        context.print(&format!("add-on in {}\n", path.display()))?;
         return Ok(None);
     }
-    let Context { cache, terminal, .. } = context;
+    let &Context { ref cache, monitor, .. } = context;
     let found =
-        blender::find(args.blender.as_deref(), cache.blenders(), blender::PATIENCE, terminal)?;
+        blender::find(args.blender.as_deref(), cache.blenders(), blender::PATIENCE, monitor)?;
     let grains = args.grains.as_deref().map(absolute);
-    found.open_window(grains.as_deref(), &args.more, terminal)?;
+    found.open_window(grains.as_deref(), &args.more, monitor)?;
     Ok(None)
 }

@@ -8,7 +8,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use super::arguments::utf8_path;
-use super::{Context, Outcome, print};
+use super::{Context, Outcome};
 use crate::pipeline::Source;
 use crate::pipeline::inputs;
 use crate::pipeline::record::Record;
@@ -66,7 +66,7 @@ impl Recorded {
 /// Most bytes of what a bundle unpacks to: others may have made it.
 const MOST_BYTES: u64 = 50_000_000_000;
 
-pub fn run(args: &Args, _: &Context) -> Outcome {
+pub fn run(args: &Args, context: &Context) -> Outcome {
     let folder = &args.result;
     let (record, file) = Recorded::of(folder)?;
     let (read, written, versions) = match &record {
@@ -117,7 +117,7 @@ pub fn run(args: &Args, _: &Context) -> Outcome {
             of("numpy")
         );
     }
-    print(&text)?;
+    context.print(&text)?;
     Ok(None)
 }
 

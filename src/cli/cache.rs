@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Context, Outcome, print};
+use super::{Context, Outcome};
 use crate::support::resources::size;
 
 /// Shows the cache of earlier results, or clears it
@@ -20,7 +20,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let cache = &context.cache;
     if let Some(stage) = &args.clear {
         let (number, bytes) = cache.clear(Some(&**stage).filter(|stage| *stage != "all"))?;
-        print(&format!("{number} results removed, {}\n", size(bytes)))?;
+        context.print(&format!("{number} results removed, {}\n", size(bytes)))?;
         return Ok(None);
     }
     let mut stages: BTreeMap<String, (usize, u64)> = BTreeMap::new();
@@ -35,6 +35,6 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     for (stage, (number, bytes)) in stages {
         text += &format!("  {stage:<10}{number:>8} results {:>10}\n", size(bytes));
     }
-    print(&text)?;
+    context.print(&text)?;
     Ok(None)
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::arguments::{Bands, Changes, InBlender, tolerance};
-use super::{Context, Outcome, print};
+use super::{Context, Outcome};
 use crate::blender;
 use crate::scene::{Scene, SceneGeometry, shipped};
 use crate::studies::chart::{self, Maker};
@@ -39,13 +39,13 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, context: &Context) -> Outcome {
-    let Context { cache, terminal: monitor, .. } = context;
+    let &Context { ref cache, monitor, .. } = context;
     let path = &args.scene;
     let scene = match shipped::text(&path.to_string_lossy()) {
         Some(text) => args.changes.of(Scene::parse(text, path)?)?,
         None => args.changes.read(path)?,
     };
-    let grid = args.bands.grid();
+    let grid = args.bands.grid()?;
     let beside = args.beside.as_deref().map(chart::beside).transpose()?;
     let _lock = Lock::of(&args.out)?;
     let mut trade = match &scene.geometry {
@@ -61,8 +61,8 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     };
     trade.settings.extend(beside.into_iter().flatten());
     trade.write(args.tolerance, &args.out)?;
-    print(&chart::in_words(&trade, args.tolerance))?;
+    context.print(&chart::in_words(&trade, args.tolerance))?;
     let out = args.out.display();
-    print(&format!("chart in {out} (chart.csv, chart.svg, chart.png)\n"))?;
+    context.print(&format!("chart in {out} (chart.csv, chart.svg, chart.png)\n"))?;
     Ok(None)
 }

@@ -3,7 +3,7 @@
 use clap::CommandFactory as _;
 use clap_complete::Shell;
 
-use super::{Cli, Context, Outcome, print};
+use super::{Cli, Context, Outcome};
 
 /// Prints completions for a shell
 #[derive(clap::Args)]
@@ -12,9 +12,9 @@ pub struct Args {
     shell: Shell,
 }
 
-pub fn run(args: &Args, _: &Context) -> Outcome {
+pub fn run(args: &Args, context: &Context) -> Outcome {
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut Cli::command(), "soilsig", &mut text);
-    print(&String::from_utf8_lossy(&text))?;
+    context.print(&String::from_utf8_lossy(&text))?;
     Ok(None)
 }

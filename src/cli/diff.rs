@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Context, Outcome, print};
+use super::{Context, Outcome};
 use crate::report::compare::{Curve, Difference};
 use crate::support::error::Status;
 use crate::support::output;
@@ -21,14 +21,14 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
-pub fn run(args: &Args, _: &Context) -> Outcome {
+pub fn run(args: &Args, context: &Context) -> Outcome {
     output::keeps([&args.a, &args.b], &args.out)?;
     let [a, b] = [Curve::read(&args.a)?, Curve::read(&args.b)?];
     let difference = Difference::new(&a, &b)?;
-    print(&difference.in_words([&a.name, &b.name]))?;
+    context.print(&difference.in_words([&a.name, &b.name]))?;
     if let Some(path) = &args.out {
         output::bytes(path, difference.csv_text().as_bytes())?;
-        print(&format!("result in {}\n", path.display()))?;
+        context.print(&format!("result in {}\n", path.display()))?;
     }
     Ok(difference.differs().then_some(Status::Differs))
 }

@@ -6,7 +6,7 @@ use std::thread;
 
 use serde_json::{Value, json};
 
-use super::{Context, print, print_json};
+use super::Context;
 use crate::blender::{Attempt, Blender, Outcome, Search};
 use crate::support::error::Failure;
 
@@ -24,12 +24,12 @@ pub struct Args {
 pub fn run(args: &Args, context: &Context) -> super::Outcome {
     let root = context.cache.root();
     let search = Search { afresh: true, ..Search::new(args.blender.as_deref(), root) };
-    let attempts = search.attempts(&context.terminal);
+    let attempts = search.attempts(context.monitor);
     let cores = thread::available_parallelism().map_or(1, usize::from);
     if args.json {
-        print_json(&in_json(&attempts, cores))?;
+        context.print_json(&in_json(&attempts, cores))?;
     } else {
-        print(&in_words(&attempts, cores))?;
+        context.print(&in_words(&attempts, cores))?;
     }
     Search::conclude(attempts)?;
     Ok(None)

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::arguments::{Bands, Changes, ending};
-use super::{Context, Outcome, print, print_list, usage};
+use super::{Context, Outcome, usage};
 use crate::geometry::ingest::Sources;
 use crate::products::export::{self, To};
 use crate::support::lock::Lock;
@@ -28,9 +28,9 @@ pub struct Args {
     bands: Bands,
 }
 
-pub fn run(args: &Args, _: &Context) -> Outcome {
+pub fn run(args: &Args, context: &Context) -> Outcome {
     if args.at.len() != 3 {
-        usage("--at takes three wavelengths, as in 8.5,9,11");
+        return Err(usage("--at takes three wavelengths, as in 8.5,9,11"));
     }
     let scene = args.changes.read(&args.scene)?;
     let _lock = Lock::of(&args.folder)?;
@@ -45,11 +45,11 @@ pub fn run(args: &Args, _: &Context) -> Outcome {
         output::keeps([file], [args.folder.join(file.file_name().unwrap_or_default())])?;
     }
     let wavelengths_um = match args.to {
-        To::Dirsig => args.bands.grid().wavelengths_um(),
+        To::Dirsig => args.bands.grid()?.wavelengths_um(),
         To::Mitsuba => args.at.clone(),
     };
     let lost = export::export(&scene, args.to, &wavelengths_um, &args.folder)?;
-    print(&format!("scene in {}\n", args.folder.display()))?;
-    print_list("not carried over", &lost)?;
+    context.print(&format!("scene in {}\n", args.folder.display()))?;
+    context.print_list("not carried over", &lost)?;
     Ok(None)
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::arguments::{InBlender, utf8_path};
-use super::{Context, Outcome, print, print_json};
+use super::{Context, Outcome};
 use crate::beds::own_grains::{self, Grain, OwnGrainsError};
 use crate::products::grains::{self, Options};
 use crate::support::error::Status;
@@ -46,7 +46,7 @@ enum Command {
 
 pub fn run(args: &Args, context: &Context) -> Outcome {
     if let Some(Command::Check { folder }) = &args.command {
-        return check(folder);
+        return check(folder, context);
     }
     let options = Options {
         seed: args.seed,
@@ -54,19 +54,19 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         blender: args.in_blender.blender(),
         blender_timeout_s: args.in_blender.blender_timeout,
     };
-    let make = |cache: &_| grains::make(&options, &args.out, cache, &context.terminal);
+    let make = |cache: &_| grains::make(&options, &args.out, cache, context.monitor);
     let report = args.in_blender.run(&context.cache, make)?;
     if args.json {
-        print_json(&report)?;
+        context.print_json(&report)?;
     } else {
         let out = args.out.display();
-        print(&format!("{}result in {out} (grains.json, grains.png)\n", report.words()))?;
+        context.print(&format!("{}result in {out} (grains.json, grains.png)\n", report.words()))?;
     }
     Ok(None)
 }
 
 /// Prints what every grain is, or what is wrong with it.
-fn check(folder: &Path) -> Outcome {
+fn check(folder: &Path, context: &Context) -> Outcome {
     let mut status = None;
     for name in own_grains::names(folder)? {
         let line = match Grain::read(folder, &name) {
@@ -79,7 +79,7 @@ fn check(folder: &Path) -> Outcome {
             }
             Err(error) => return Err(OwnGrainsError::from(error).into()),
         };
-        print(&(line + "\n"))?;
+        context.print(&(line + "\n"))?;
     }
     Ok(status)
 }

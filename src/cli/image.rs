@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::arguments::{Bands, Changes, tolerance};
-use super::{Context, Outcome, print, print_json};
+use super::{Context, Outcome};
 use crate::products::image::{self, Asked, MOST_PATHS, Made};
 use crate::support::error::Status;
 use crate::support::lock::Lock;
@@ -66,7 +66,7 @@ fn three(text: &str) -> Result<[f64; 3], String> {
 }
 
 pub fn run(args: &Args, context: &Context) -> Outcome {
-    let grid = args.bands.grid();
+    let grid = args.bands.grid()?;
     let mut scene = args.changes.read(&args.scene)?;
     scene.seed = args.seed.unwrap_or(scene.seed);
     if let Some(pixels) = args.pixels {
@@ -81,7 +81,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         false_colour_um: args.false_colour,
         show_um: args.show.clone(),
     };
-    let monitor = &context.terminal;
+    let monitor = context.monitor;
     let step = Step::new(monitor, "load");
     let tracer = trace::tracer(&scene)?;
     step.done(&format!("{} triangles", tracer.bed().triangles()));
@@ -89,13 +89,13 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let made = image::make(&tracer, &scene, &grid, &asked, &args.out, monitor)?;
     step.done(&format!("{} paths", made.paths));
     if args.json {
-        print_json(&made)?;
+        context.print_json(&made)?;
     } else {
         let lines = lines(&made, &asked, context.verbose);
         let indent = format!("\n{:1$}", "", scene.name.len() + 3);
-        print(&format!("{}   {}\n", scene.name, lines.join(&indent)))?;
+        context.print(&format!("{}   {}\n", scene.name, lines.join(&indent)))?;
         let files = "radiance.img, image.nc, false_colour.png";
-        print(&format!("result in {} ({files})\n", args.out.display()))?;
+        context.print(&format!("result in {} ({files})\n", args.out.display()))?;
     }
     Ok((made.capped > 0.0).then_some(Status::ToleranceNotReached))
 }

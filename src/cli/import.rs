@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Context, Outcome, print, print_list};
+use super::{Context, Outcome};
 use crate::products::export;
 use crate::support::output;
 
@@ -19,7 +19,7 @@ pub struct Args {
     out: PathBuf,
 }
 
-pub fn run(args: &Args, _: &Context) -> Outcome {
+pub fn run(args: &Args, context: &Context) -> Outcome {
     let mat = args.mat.clone().unwrap_or_else(|| args.odb.with_extension("mat"));
     output::keeps([&args.odb, &mat], [&args.out])?;
     output::may_write(&args.out)?;
@@ -27,7 +27,7 @@ pub fn run(args: &Args, _: &Context) -> Outcome {
     let (scene, left_out) = export::import(&args.odb, &mat, folder)?;
     let text = serde_json::to_string_pretty(&scene).expect("plain data");
     output::bytes(&args.out, (text + "\n").as_bytes())?;
-    print(&format!("scene in {}\n", args.out.display()))?;
-    print_list("left out", &left_out)?;
+    context.print(&format!("scene in {}\n", args.out.display()))?;
+    context.print_list("left out", &left_out)?;
     Ok(None)
 }

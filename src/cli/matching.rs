@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::arguments::{
     InBlender, absolute, kelvin, number, range, sky, spectrum_source, utf8_path,
 };
-use super::{Context, Outcome, command_line, print, print_json, usage};
+use super::{Context, Outcome, usage};
 use crate::inverse::facets::FacetModel;
 use crate::inverse::measured::Seen;
 use crate::inverse::soil::On;
@@ -106,7 +106,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     output::keeps([&args.spectrum], [args.out.join("match.json"), args.out.join("match.csv")])?;
     output::folder(&args.out)?;
     let seen = seen(args)?;
-    let second = second(&args.second);
+    let second = second(&args.second)?;
     let others = FacetModel::ALL.into_iter().filter(|facets| *facets != args.facets).collect();
     let result = args.in_blender.run(&context.cache, |cache| {
         inverse::run(&Options {
@@ -123,43 +123,44 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
             beds: args.beds.into(),
             seed: args.seed,
             out: absolute(&args.out),
-            command: command_line(),
+            command: context.command.clone(),
             blender: args.in_blender.blender(),
             time_limit: Duration::from_secs(args.in_blender.blender_timeout),
             cache,
-            monitor: &context.terminal,
+            monitor: context.monitor,
         })
     })?;
     let no_fit = result.warnings.iter().any(|w| matches!(w, Warning::NoGoodFit { .. }));
     let status = no_fit.then_some(Status::NoGoodFit);
     if args.json {
-        print_json(&result)?;
+        context.print_json(&result)?;
         return Ok(status);
     }
     if context.verbose {
-        print(&words::page(&result))?;
+        context.print(&words::page(&result))?;
     } else {
-        print(&words::answer(&result))?;
+        context.print(&words::answer(&result))?;
         for warning in &result.warnings {
-            print(&format!("warning: {warning}\n"))?;
+            context.print(&format!("warning: {warning}\n"))?;
         }
     }
-    print(&format!("result in {} (match.txt, match.svg, match.json)\n", args.out.display()))?;
+    context
+        .print(&format!("result in {} (match.txt, match.svg, match.json)\n", args.out.display()))?;
     Ok(status)
 }
 
 /// The second component; `None` for a spectrally flat one. Its file is found from any folder.
-fn second(text: &str) -> Option<SpectrumSource> {
+fn second(text: &str) -> Result<Option<SpectrumSource>, Error> {
     if text == "flat" {
-        return None;
+        return Ok(None);
     }
-    Some(match spectrum_source(text) {
+    Ok(Some(match spectrum_source(text)? {
         SpectrumSource::File(path) => SpectrumSource::File(absolute(&path)),
         SpectrumSource::Fresnel(_) | SpectrumSource::Refractive(_) | SpectrumSource::Mix(_) => {
-            usage(&format!("--second {text}: give one Lambertian spectrum"))
+            return Err(usage(&format!("--second {text}: give one Lambertian spectrum")));
         }
         other => other,
-    })
+    }))
 }
 
 /// What was measured: radiance, if anything is said of its surroundings.

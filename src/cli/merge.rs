@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Context, Outcome, print};
+use super::{Context, Outcome};
 use crate::report::{Report, Tolerance, terminal};
 use crate::support::output;
 use crate::table::merge;
@@ -26,7 +26,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let (um, tolerance) = (table.stop.asked.grid.wavelengths_um(), table.stop.asked.tolerance);
     let tables = [table];
     let reached = Report::new(&tables, &um, Tolerance::Interval(tolerance), None)?.reached;
-    print(&terminal::blocks(&[(&tables[0].scene, &reached, None)], context.verbose))?;
-    print(&format!("table in {}\n", args.out.display()))?;
+    context.print(&terminal::blocks(&[(&tables[0].scene, &reached, None)], context.verbose))?;
+    context.print(&format!("table in {}\n", args.out.display()))?;
     Ok(reached.status())
 }

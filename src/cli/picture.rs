@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args as ClapArgs, Subcommand};
 
 use super::arguments::{Changes, ending, number};
-use super::{Context, Outcome, print, usage};
+use super::{Context, Outcome, usage};
 use crate::draw::picture::{self, Look, MOST_PANELS, placed_scene};
 use crate::support::error::Error;
 use crate::support::output;
@@ -106,7 +106,7 @@ impl File {
     /// The width. Before the work it makes sure that the file can be written.
     fn width(&self, default: u16) -> Result<usize, Error> {
         if ending(&self.out) != "png" {
-            usage(&format!("{}: pictures are written as .png", self.out.display()));
+            return Err(usage(&format!("{}: pictures are written as .png", self.out.display())));
         }
         output::may_write(&self.out)?;
         Ok(self.width_px.unwrap_or(default).into())
@@ -118,7 +118,7 @@ fn zenith(text: &str) -> Result<f64, String> {
 }
 
 pub fn run(args: &Args, context: &Context) -> Outcome {
-    let monitor = &context.terminal;
+    let monitor = context.monitor;
     let file = match &args.what {
         What::Grain { scene, prototype, changes, side, file } => {
             let look = side.look(60.0, file.width(800)?);
@@ -148,6 +148,6 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
             file
         }
     };
-    print(&format!("picture in {}\n", file.out.display()))?;
+    context.print(&format!("picture in {}\n", file.out.display()))?;
     Ok(None)
 }

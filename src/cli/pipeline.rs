@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::arguments::{
     Bands, Changes, Enough, InBlender, TOLERANCE, absolute, number, tolerance, utf8_path,
 };
-use super::{Context, Outcome, command_line, print, print_json};
+use super::{Context, Outcome};
 use crate::histogram::estimate;
 use crate::pipeline::{self, Auto, HowMany, Options, Source};
 use crate::report::terminal;
@@ -108,26 +108,26 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         tolerance: args.tolerance.unwrap_or(TOLERANCE),
         max_paths: args.enough.max_paths,
         max_seconds: args.enough.max_seconds,
-        grid: args.bands.grid(),
+        grid: args.bands.grid()?,
         patch_obj: args.patch_obj,
         blender: args.in_blender.blender(),
         blender_timeout_s: args.in_blender.blender_timeout,
     };
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(name));
     let record = args.in_blender.run(&context.cache, |cache| {
-        pipeline::run(&options, command_line(), &out, cache, &context.terminal)
+        pipeline::run(&options, context.command.clone(), &out, cache, context.monitor)
     })?;
     if args.json {
-        print_json(&record)?;
+        context.print_json(&record)?;
         return Ok(record.status());
     }
     let scene = |(name, reached)| (String::as_str(name), reached, record.cost(name));
     let scenes: Vec<_> = record.reached.iter().map(scene).collect();
-    print(&terminal::blocks(&scenes, context.verbose))?;
+    context.print(&terminal::blocks(&scenes, context.verbose))?;
     let files = match record.reached.len() {
         1 => "report.html, signature.csv, signature.svg, run.json",
         _ => "report.html, signatures.svg, run.json, a folder for each scene",
     };
-    print(&format!("result in {} ({files})\n", out.display()))?;
+    context.print(&format!("result in {} ({files})\n", out.display()))?;
     Ok(record.status())
 }

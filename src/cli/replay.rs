@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use super::arguments::{absolute, ending, named, utf8_path};
 use super::bundle::{self, Recorded};
 use super::terminal::one_line;
-use super::{Context, Outcome, command_line, print, usage};
+use super::{Context, Outcome, usage};
 use crate::pipeline::record::{Output, Record};
 use crate::pipeline::{self, Options, Source, inputs};
 use crate::support::cache::Cache;
@@ -66,7 +66,9 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let cache = Cache::of_run(scratch.path().join("cache"));
     let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));
     if out.canonicalize().ok().is_some_and(|out| Some(out) == folder.canonicalize().ok()) {
-        usage("--out is the folder of the recorded run, which would be overwritten: name another");
+        return Err(usage(
+            "--out is the folder of the recorded run, which would be overwritten: name another",
+        ));
     }
     let read = match &record {
         Recorded::Run(record) => &record.inputs,
@@ -95,7 +97,8 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
                     recorded.display()
                 ));
             }
-            let after = pipeline::run(&options, command_line(), &out, &cache, &context.terminal)?;
+            let after =
+                pipeline::run(&options, context.command.clone(), &out, &cache, context.monitor)?;
             let of = Compared {
                 versions: [&before.versions, &after.versions],
                 outputs: [&before.outputs, &after.outputs],
@@ -106,12 +109,12 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
             let ended = sweep::run(&sweep::Options {
                 study: &of_copies(&before.study_file),
                 out: &out,
-                command: &command_line(),
+                command: &context.command,
                 blender: blender.as_deref(),
                 blender_timeout_s: before.blender_timeout_s,
                 part: None,
                 cache: &cache,
-                monitor: &context.terminal,
+                monitor: context.monitor,
             })?;
             let after = ended.record.expect("it was the whole study");
             let of = Compared {
@@ -124,9 +127,9 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let differing = compared.0;
     lines.extend(compared.1);
     let lines: Vec<String> = lines.iter().map(|line| one_line(line)).collect();
-    print(&format!("{answer}\n  {}\n", lines.join("\n  ")))?;
+    context.print(&format!("{answer}\n  {}\n", lines.join("\n  ")))?;
     if let Some(out) = &args.out {
-        print(&format!("result in {}\n", out.display()))?;
+        context.print(&format!("result in {}\n", out.display()))?;
     }
     Ok((differing > 0).then_some(Status::Differs))
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Context, Outcome, print};
+use super::{Context, Outcome};
 use crate::pipeline::page::{self, PAGE};
 use crate::support::output;
 
@@ -19,7 +19,7 @@ pub struct Args {
     out: PathBuf,
 }
 
-pub fn run(args: &Args, _: &Context) -> Outcome {
+pub fn run(args: &Args, context: &Context) -> Outcome {
     let folder = |path: &'_ PathBuf| -> PathBuf {
         let is_record = path.file_name().is_some_and(|name| name == "run.json");
         let parent = path.parent().filter(|_| is_record);
@@ -30,6 +30,6 @@ pub fn run(args: &Args, _: &Context) -> Outcome {
     output::may_write(&args.out)?;
     let html = page::of_runs(&folders.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
     output::bytes(&args.out, html.as_bytes())?;
-    print(&format!("page in {}\n", args.out.display()))?;
+    context.print(&format!("page in {}\n", args.out.display()))?;
     Ok(None)
 }

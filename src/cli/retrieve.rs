@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::arguments::{Assumptions, ending, kelvin, sky};
-use super::terminal::tell;
-use super::{Context, Outcome, print, usage};
+use super::{Context, Outcome, usage};
 use crate::products::cube::Cube;
 use crate::products::retrieve::{self, Known, RadianceError, Target};
 use crate::radiometry::{Assumed, Atmosphere, Method, Temperature};
@@ -63,7 +62,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let read: Vec<PathBuf> =
         files.flat_map(|file| Cube::files(file).into_iter().chain([file.to_owned()])).collect();
     if ending(&args.radiance) == "csv" {
-        of_spectrum(args, &known, read)?;
+        of_spectrum(args, &known, read, context)?;
     } else {
         of_image(args, &known, read, context)?;
     }
@@ -71,31 +70,37 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
 }
 
 /// The radiance error, if it is a number.
-fn one_error(text: &str) -> Option<f64> {
-    let error = text.parse::<f64>().ok()?;
+fn one_error(text: &str) -> Result<Option<f64>, Error> {
+    let Ok(error) = text.parse::<f64>() else { return Ok(None) };
     if !(error >= 0.0 && error.is_finite()) {
-        usage(&format!("--radiance-error {text} is not a number, 0 or more"));
+        return Err(usage(&format!("--radiance-error {text} is not a number, 0 or more")));
     }
-    Some(error)
+    Ok(Some(error))
 }
 
-fn of_spectrum(args: &Args, known: &Known, read: Vec<PathBuf>) -> Result<(), Error> {
+fn of_spectrum(
+    args: &Args,
+    known: &Known,
+    read: Vec<PathBuf>,
+    context: &Context,
+) -> Result<(), Error> {
     let error = args.radiance_error.as_deref().map(|text| {
         let of_image = || usage(&format!("--radiance-error {text}: for a CSV file give a number"));
-        one_error(text).unwrap_or_else(of_image)
+        one_error(text)?.ok_or_else(of_image)
     });
+    let error = error.transpose()?;
     output::keeps(read, &args.out)?;
     let spectrum = retrieve::spectrum(&args.radiance, error, known)?;
     let answer = terminal::retrieved(&spectrum.retrieved);
     match &args.out {
         Some(path) => {
             output::bytes(path, spectrum.csv_text().as_bytes())?;
-            print(&format!("{answer}\nresult in {}\n", path.display()))?;
+            context.print(&format!("{answer}\nresult in {}\n", path.display()))?;
         }
         // The numbers themselves are the answer.
-        None => print(&spectrum.csv_text())?,
+        None => context.print(&spectrum.csv_text())?,
     }
-    tell(spectrum.in_words(known).trim_end());
+    context.monitor.say(spectrum.in_words(known).trim_end());
     Ok(())
 }
 
@@ -105,16 +110,25 @@ fn of_image(
     read: Vec<PathBuf>,
     context: &Context,
 ) -> Result<(), Error> {
-    let Some(out) = &args.out else { usage("an image needs --out FILE.img") };
+    let Some(out) = &args.out else {
+        return Err(usage("an image needs --out FILE.img"));
+    };
     if ending(out) != "img" {
-        usage(&format!("{}: images are written as .img, with their .hdr beside", out.display()));
+        return Err(usage(&format!(
+            "{}: images are written as .img, with their .hdr beside",
+            out.display()
+        )));
     }
     let beside = retrieve::Image::errors_beside(&args.radiance);
     let beside = beside.filter(|_| args.radiance_error.is_none());
     let of_errors = beside.iter().flat_map(|errors| Cube::files(errors));
     output::keeps(read.into_iter().chain(of_errors), retrieve::Image::files(out))?;
     let cube = Cube::read(&args.radiance)?;
-    let given = args.radiance_error.as_deref().map(|text| (text, one_error(text)));
+    let given = args.radiance_error.as_deref();
+    let given = match given {
+        Some(text) => Some((text, one_error(text)?)),
+        None => None,
+    };
     let beside = beside.as_ref().map(|path| path.display().to_string());
     let error = match given.or(beside.as_deref().map(|path| (path, None))) {
         None => RadianceError::Unknown,
@@ -124,19 +138,19 @@ fn of_image(
             let shape = |cube: &Cube| (cube.lines, cube.samples, cube.wavelengths_um.clone());
             if shape(&errors) != shape(&cube) {
                 let of = args.radiance.display();
-                usage(&format!("{text} does not have the pixels and bands of {of}"));
+                return Err(usage(&format!("{text} does not have the pixels and bands of {of}")));
             }
             RadianceError::Cube(errors)
         }
     };
-    let image = retrieve::image(&cube, &error, known, &context.terminal)?;
+    let image = retrieve::image(&cube, &error, known, context.monitor)?;
     image.write(out)?;
     let (lines, samples, bands) = (cube.lines, cube.samples, cube.wavelengths_um.len());
-    print(&format!("emissivity of {samples} x {lines} pixels in {bands} bands\n"))?;
-    print(&format!("result in {}\n", out.display()))?;
+    context.print(&format!("emissivity of {samples} x {lines} pixels in {bands} bands\n"))?;
+    context.print(&format!("result in {}\n", out.display()))?;
     if let Some(beside) = beside {
-        tell(&format!("the standard error of the radiance is that of {beside}"));
+        context.monitor.say(&format!("the standard error of the radiance is that of {beside}"));
     }
-    tell(image.statement.trim_end());
+    context.monitor.say(image.statement.trim_end());
     Ok(())
 }

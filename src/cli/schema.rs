@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::{Context, Outcome, print_json};
+use super::{Context, Outcome};
 use crate::inverse::files;
 use crate::inverse::result::Match;
 use crate::pipeline::record::Record;
@@ -32,8 +32,8 @@ pub enum Format {
     Match,
 }
 
-pub fn run(args: &Args, _: &Context) -> Outcome {
-    print_json(&of(args.format))?;
+pub fn run(args: &Args, context: &Context) -> Outcome {
+    context.print_json(&of(args.format))?;
     Ok(None)
 }
 

@@ -4,13 +4,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::arguments::{Assumptions, Bands, ChartFile, ending, file_of, kelvin, spectrum};
-use super::terminal::tell;
-use super::{Context, Outcome, print, spectra, usage};
+use super::{Context, Outcome, spectra, usage};
 use crate::draw::plot;
 use crate::radiometry::{Atmosphere, SkyTable, Temperature};
 use crate::report::compare::{self, Difference};
 use crate::report::{self, Report, Retrieval, Tolerance, terminal};
-use crate::scene::Sky;
 use crate::signature;
 use crate::signature::in_bands;
 use crate::spectrum::sensors::Sensor;
@@ -72,15 +70,15 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let read = read.chain(args.sky.as_deref().map(Path::new));
     let read = read.chain(args.sensors.iter().map(Path::new));
     output::keeps(read, [&args.out, &args.plot, &args.budget].into_iter().flatten())?;
-    let grid = args.bands.grid();
-    let chart_file = args.plot.as_deref().map(ChartFile::new);
+    let grid = args.bands.grid()?;
+    let chart_file = args.plot.as_deref().map(ChartFile::new).transpose()?;
     let beside =
         args.beside.iter().map(|text| spectrum(text)).collect::<Result<Vec<_>, Error>>()?;
     let beside = spectra::drawn(&args.beside, &beside, Some(grid.range_um()))?;
     let mut tables = Table::read_packings(&args.tables)?;
     change(&mut tables[0], args)?;
     if !args.sensors.is_empty() {
-        return of_sensors(args, &tables);
+        return of_sensors(args, &tables, context);
     }
     let temperature =
         Temperature { error_k: args.assumptions.temperature_error, ..tables[0].temperature() };
@@ -98,19 +96,19 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     if let Some(path) = &args.out {
         output::bytes(path, &result)?;
         let scene = (&*tables[0].scene, &report.reached, None);
-        print(&terminal::blocks(&[scene], context.verbose))?;
-        print(&format!("result in {}\n", path.display()))?;
+        context.print(&terminal::blocks(&[scene], context.verbose))?;
+        context.print(&format!("result in {}\n", path.display()))?;
     } else {
         for warning in &report.reached.warnings {
-            tell(&format!("warning: {warning}"));
+            context.monitor.say(&format!("warning: {warning}"));
         }
-        print(&String::from_utf8(result).expect("CSV is text"))?;
+        context.print(&String::from_utf8(result).expect("CSV is text"))?;
     }
     if let Some(path) = &args.budget {
         output::bytes(path, report.budget.csv_text().as_bytes())?;
     }
     for line in Retrieval::new(&tables[0], bands, assumed).lines() {
-        tell(&line);
+        context.monitor.say(&line);
     }
     for curve in &beside.curves {
         let measured = compare::Curve {
@@ -120,7 +118,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
             half_width_95: None,
         };
         let difference = Difference::new(&measured, &compare::Curve::of(&report))?;
-        tell(&format!("signature less {}: {}", curve.label, difference.in_short()));
+        context.monitor.say(&format!("signature less {}: {}", curve.label, difference.in_short()));
     }
     if let Some(file) = chart_file {
         let versions = BTreeMap::from([("soilsig".into(), env!("CARGO_PKG_VERSION").into())]);
@@ -135,20 +133,20 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
 }
 
 /// Writes the bands of the sensors asked for, in their order, and says where these come from.
-fn of_sensors(args: &Args, tables: &[Table]) -> Outcome {
+fn of_sensors(args: &Args, tables: &[Table], context: &Context) -> Outcome {
     let mut seen = Vec::new();
     for text in &args.sensors {
         let sensor = Sensor::find(text)?;
-        tell(&format!("{}: {}", sensor.name, sensor.source));
+        context.monitor.say(&format!("{}: {}", sensor.name, sensor.source));
         seen.extend(in_bands::in_bands(tables, &sensor)?);
     }
     for warning in &tables[0].warnings {
-        tell(&format!("warning: {warning}"));
+        context.monitor.say(&format!("warning: {warning}"));
     }
     let missed = seen.iter().filter(|band| band.seen.is_none());
     let missed: Vec<String> = missed.map(|band| format!("{} {}", band.sensor, band.band)).collect();
     if !missed.is_empty() {
-        tell(&format!(
+        context.monitor.say(&format!(
             "warning: left empty, since spectra do not hold them: {}",
             missed.join(", ")
         ));
@@ -156,10 +154,10 @@ fn of_sensors(args: &Args, tables: &[Table]) -> Outcome {
     let csv = in_bands::csv_text(&seen);
     if let Some(path) = &args.out {
         output::bytes(path, csv.as_bytes())?;
-        print(&terminal::in_bands(&seen))?;
-        print(&format!("result in {}\n", path.display()))?;
+        context.print(&terminal::in_bands(&seen))?;
+        context.print(&format!("result in {}\n", path.display()))?;
     } else {
-        print(&csv)?;
+        context.print(&csv)?;
     }
     Ok(None)
 }
@@ -169,44 +167,16 @@ fn change(table: &mut Table, args: &Args) -> Result<(), Error> {
     let mut named = Vec::new();
     for given in &args.spectra {
         let Some((name, text)) = given.split_once('=') else {
-            usage(&format!("{given:?} is not MATERIAL=SPECTRUM"));
+            return Err(usage(&format!("{given:?} is not MATERIAL=SPECTRUM")));
         };
         if named.contains(&name) {
-            usage(&format!("material {name:?} is given two spectra"));
+            return Err(usage(&format!("material {name:?} is given two spectra")));
         }
         named.push(name);
-        let names: Vec<String> = table.materials.iter().map(|m| m.name.clone()).collect();
-        let is_floor = table.floor.is_some_and(|floor| names[floor] == name);
-        let Some(material) = table.materials.iter_mut().find(|m| m.name == name) else {
-            usage(&format!("{name:?} is not a material of the table: {}", names.join(", ")));
-        };
-        let spectrum = spectrum(text)?;
-        if let Some(nodes) = &table.nodes
-            && !(is_floor && nodes.floor == table.floor)
-        {
-            usage(&format!(
-                "{given:?}: the paths were traced through grains by the spectra of the scene; trace \
-                 it again"
-            ));
-        }
-        if spectrum.is_angular() != material.spectrum.is_angular() {
-            usage(&format!(
-                "{given:?}: the paths were traced with {}, which scatters in other directions; \
-                 trace the scene again",
-                material.spectrum
-            ));
-        }
-        material.spectrum = spectrum;
+        table.set_spectrum(name, spectrum(text)?)?;
     }
     if let Some(temperature_k) = args.temperature {
-        table.temperature_k = temperature_k;
-        if table.lacks_order() {
-            usage(&format!(
-                "at {temperature_k} K some materials have another temperature than the scene, and \
-                 the paths were traced without the order of their hits; trace the scene again at \
-                 that temperature"
-            ));
-        }
+        table.set_temperature(temperature_k)?;
     }
     if let Some(sky) = &args.sky {
         set_sky(table, sky)?;
@@ -217,20 +187,11 @@ fn change(table: &mut Table, args: &Args) -> Result<(), Error> {
     Ok(())
 }
 
-/// Gives a table another sky, if its paths recorded what that needs.
+/// Gives a table another sky.
 fn set_sky(table: &mut Table, text: &str) -> Result<(), Error> {
     if text.parse::<f64>().is_ok() {
-        let sky = kelvin(text).unwrap_or_else(|problem| usage(&format!("--sky {problem}")));
-        (table.sky_temperature_k, table.sky_radiance) = (Some(Sky::Isotropic(sky)), None);
-        return Ok(());
+        let sky = kelvin(text).map_err(|problem| usage(&format!("--sky {problem}")))?;
+        return Ok(table.set_sky_temperature(sky)?);
     }
-    let sky = SkyTable::read(Path::new(text))?;
-    if sky.is_by_zenith() && table.histogram.kept.zeniths == 1 {
-        usage(&format!(
-            "{text} depends on the zenith angle, and the paths were traced without it; trace the \
-             scene again with such a sky"
-        ));
-    }
-    (table.sky_temperature_k, table.sky_radiance) = (None, Some(sky));
-    Ok(())
+    Ok(table.set_sky(SkyTable::read(Path::new(text))?)?)
 }

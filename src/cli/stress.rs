@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::arguments::utf8_path;
-use super::{Context, Outcome, print, usage};
+use super::{Context, Outcome, usage};
 use crate::studies::stress::{self, Setting};
 use crate::support::lock::Lock;
 use crate::support::monitor::Step;
@@ -32,10 +32,10 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, context: &Context) -> Outcome {
-    let Context { cache, terminal: monitor, .. } = context;
+    let &Context { ref cache, monitor, .. } = context;
     if let Some(unknown) = args.rows.iter().find(|name| !stress::names().any(|row| row == **name)) {
         let names: Vec<&str> = stress::names().collect();
-        usage(&format!("{unknown:?} is not a row; the rows are {}", names.join(", ")));
+        return Err(usage(&format!("{unknown:?} is not a row; the rows are {}", names.join(", "))));
     }
     let _lock = Lock::of(&args.out)?;
     let setting = Setting {
@@ -52,7 +52,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         let step = Step::new(monitor, name);
         let row = stress::row(name, &setting)?;
         step.done(&format!("{} points", row.points.len()));
-        print(&stress::line(&row))?;
+        context.print(&stress::line(&row))?;
         rows.push(row);
     }
     stress::write(&rows, &args.out)?;

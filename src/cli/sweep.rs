@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::arguments::{InBlender, absolute, utf8_path};
-use super::{Context, Outcome, command_line, print, print_json, print_list};
+use super::{Context, Outcome};
 use crate::sweep::{self, Options};
 
 /// Drops and traces the beds of a study: a scene at many points
@@ -46,25 +46,28 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         sweep::run(&Options {
             study: &absolute(&args.study),
             out: &out,
-            command: &command_line(),
+            command: &context.command,
             blender: args.in_blender.blender().as_deref(),
             blender_timeout_s: args.in_blender.blender_timeout,
             part: args.part,
             cache,
-            monitor: &context.terminal,
+            monitor: context.monitor,
         })
     })?;
     if let (true, Some(record)) = (args.json, &ended.record) {
-        print_json(record)?;
+        context.print_json(record)?;
         return Ok(ended.status());
     }
-    print(&format!("{}\n", ended.answer))?;
+    context.print(&format!("{}\n", ended.answer))?;
     let mut reasons = ended.failed.clone();
     reasons.truncate(MOST_REASONS);
     let title = format!("{} beds failed, as failures.csv says", ended.failed.len());
-    print_list(&title, &reasons)?;
+    context.print_list(&title, &reasons)?;
     if ended.record.is_some() {
-        print(&format!("result in {} (report.html, results.csv, results.nc)\n", out.display()))?;
+        context.print(&format!(
+            "result in {} (report.html, results.csv, results.nc)\n",
+            out.display()
+        ))?;
     }
     Ok(ended.status())
 }

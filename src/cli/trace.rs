@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::arguments::{Bands, Changes, Enough, TOLERANCE, tolerance};
-use super::{Context, Outcome, print, print_json, usage};
+use super::{Context, Outcome, usage};
 use crate::report::{Report, Tolerance, terminal};
 use crate::support::error::{Failure, Status};
 use crate::support::monitor::Step;
@@ -56,15 +56,16 @@ fn shard(text: &str) -> Result<(u64, u64), String> {
 }
 
 pub fn run(args: &Args, context: &Context) -> Outcome {
-    let um = args.bands.grid().wavelengths_um();
+    let um = args.bands.grid()?.wavelengths_um();
     let exactly = args.paths.map(|paths| {
         let (number, shards) = args.shard.unwrap_or((1, 1));
         let part = Part::shard(number, shards, paths);
         if part.first == part.end {
-            usage(&format!("{paths} paths are too few for {shards} shards"));
+            return Err(usage(&format!("{paths} paths are too few for {shards} shards")));
         }
-        part
+        Ok(part)
     });
+    let exactly = exactly.transpose()?;
     let mut scene = args.changes.read(&args.scene)?;
     scene.seed = args.seed.unwrap_or(scene.seed);
     // Before the work, not after it.
@@ -73,7 +74,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let tolerance = args.tolerance;
     let Enough { max_paths, max_seconds } = args.enough;
     let target = Target { max_paths, max_seconds, exactly, ..Target::of(tolerance) };
-    let monitor = &context.terminal;
+    let monitor = context.monitor;
     let step = Step::new(monitor, "load");
     let tracer = trace::tracer(&scene)?;
     step.done(&format!("{} triangles", tracer.bed().triangles()));
@@ -81,7 +82,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let name = args.out.file_name().unwrap_or_default().to_string_lossy();
     let partial = output::sibling(&args.out, &format!("{name}.partial"))?;
     let prepared = Prepared::new(scene, &um)?;
-    let grid = args.bands.grid();
+    let grid = args.bands.grid()?;
     // Beside a device or a pipe nothing is left.
     let partial = output::is_file(&args.out).then_some(&*partial);
     let request = Request { partial, ..Request::new(&grid, target) };
@@ -97,11 +98,11 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     step.done(&format!("{} paths, {} hits", table.paths, table.hits));
     let reached = Report::new(&[table], &um, Tolerance::Interval(tolerance), None)?.reached;
     if args.json {
-        print_json(&reached)?;
+        context.print_json(&reached)?;
     } else {
         let name = &prepared.scene.name;
-        print(&terminal::blocks(&[(name, &reached, None)], context.verbose))?;
-        print(&format!("table in {}\n", args.out.display()))?;
+        context.print(&terminal::blocks(&[(name, &reached, None)], context.verbose))?;
+        context.print(&format!("table in {}\n", args.out.display()))?;
     }
     Ok(reached.status())
 }

@@ -31,7 +31,8 @@ pub struct Summed {
 const LEAST: f64 = 1e-12;
 
 impl Shares {
-    /// Of histograms that record the same of each path, and no zenith of escape.
+    /// Of histograms that record the same of each path. Paths that escape at different zenith angles
+    /// count alike.
     ///
     /// # Panics
     /// Without a histogram.
@@ -40,15 +41,19 @@ impl Shares {
         let mut shares: Vec<Vec<f64>> = vec![Vec::new(); histograms.len()];
         for (of, shares) in histograms.iter().zip(&mut shares) {
             let all = of.paths() * of.parts as f64;
-            for (states, part) in [(&of.escaped, 1.0), (&of.given_up, 0.5)] {
-                for (state, count) in totals(states) {
-                    let next = numbers.len();
-                    let number = *numbers.entry(state).or_insert(next);
-                    if shares.len() <= number {
-                        shares.resize(number + 1, 0.0);
-                    }
-                    shares[number] += part * count as f64 / all;
+            let states = [(&of.escaped, 1.0, true), (&of.given_up, 0.5, false)];
+            let states = states.into_iter().flat_map(|(states, part, escaped)| {
+                totals(states).map(move |(state, count)| {
+                    (if escaped { of.kept.split(state).0 } else { &**state }, part, count)
+                })
+            });
+            for (state, part, count) in states {
+                let next = numbers.len();
+                let number = *numbers.entry(state).or_insert(next);
+                if shares.len() <= number {
+                    shares.resize(number + 1, 0.0);
                 }
+                shares[number] += part * count as f64 / all;
             }
         }
         let mut states: Vec<State> = vec![State::default(); numbers.len()];

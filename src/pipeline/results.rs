@@ -1,5 +1,6 @@
 //! From beds to results: the stages trace, signature, picture.
 
+use std::path::PathBuf;
 use std::time::Duration;
 
 use rayon::prelude::*;
@@ -174,7 +175,24 @@ pub(crate) const TABLE: &str = "table.json";
 
 /// Identifies this build of the program, so that it does not use what another one traced.
 pub(crate) fn program() -> Option<(u64, Duration)> {
-    let file = std::env::current_exe().and_then(std::fs::metadata).ok()?;
+    let file = file_of_program().and_then(std::fs::metadata).ok()?;
     let age = file.modified().ok()?.duration_since(std::time::UNIX_EPOCH).ok()?;
     Some((file.len(), age))
+}
+
+/// The file that holds this code: the program, or the module of a Python.
+fn file_of_program() -> std::io::Result<PathBuf> {
+    let here = program as *const () as usize;
+    let maps = std::fs::read_to_string("/proc/self/maps").unwrap_or_default();
+    let holds = |line: &&str| {
+        let (from, to) = line.split_once(' ')?.0.split_once('-')?;
+        let hex = |text| usize::from_str_radix(text, 16).ok();
+        (hex(from)?..hex(to)?).contains(&here).then_some(())
+    };
+    let line = maps.lines().find(|line| holds(line).is_some());
+    // Its columns are range, rights, offset, device, inode, path.
+    match line.and_then(|line| line.find('/').map(|at| &line[at..])) {
+        Some(path) => Ok(path.into()),
+        None => std::env::current_exe(),
+    }
 }

@@ -24,7 +24,7 @@ pub struct Atmosphere {
 
 impl Atmosphere {
     /// Reads a CSV file with the columns `wavelength_um`, `transmittance` and
-    /// `l_path_w_m2_sr_um`.
+    /// `l_path_w_m2_sr_um`, or the output of MODTRAN or libRadtran.
     pub fn read(path: &Path) -> Result<Self, RadiometryError> {
         let columns = Columns::read(path)?;
         let (wavelength_um, rows) = columns.ascending_um()?;

@@ -1,8 +1,9 @@
-//! CSV files of numbers. Their headings name quantity and unit.
+//! Files of numbers: CSV, whose headings name quantity and unit, and output of other programs.
 
 use std::path::{Path, PathBuf};
 
 use super::RadiometryError;
+use super::models::{self, Model};
 use crate::support::file_error::FileError;
 use crate::support::linear::rounded_within;
 use crate::support::text;
@@ -27,12 +28,15 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// Reads a file.
+    /// Reads a file: CSV, MODTRAN's tape7, or uvspec's output with its options in comments.
     ///
     /// # Errors
-    /// A file that cannot be read, is not CSV, has no rows, or has rows of different lengths.
+    /// A file that cannot be read, is none of these, has no rows, or has rows of different lengths.
     pub fn read(path: &Path) -> Result<Self, RadiometryError> {
         let text = text::read(path)?;
+        if let Some(model) = models::read(path, &text) {
+            return Self::of_model(path, model?);
+        }
         let is_heading = |line: &&str| !line.trim().is_empty() && !line.starts_with('#');
         let heading = text.lines().find(is_heading).unwrap_or_default();
         let delimiters = [',', ';', '\t'];
@@ -59,6 +63,24 @@ impl Columns {
             let problem = "the numbers have decimal commas and decimal points: it is not clear \
                            which of them are thousands";
             return Err(columns.wrong_file(problem));
+        }
+        Ok(columns)
+    }
+
+    fn of_model(path: &Path, model: Model) -> Result<Self, RadiometryError> {
+        let row = |(line, numbers): (u64, Vec<f64>)| {
+            let fields: Vec<String> = numbers.iter().map(f64::to_string).collect();
+            let mut row = csv::StringRecord::from(fields);
+            let mut place = csv::Position::new();
+            place.set_line(line);
+            row.set_position(Some(place));
+            row
+        };
+        let rows: Vec<_> = model.rows.into_iter().map(row).collect();
+        let headings = model.headings.into();
+        let columns = Self { path: path.to_owned(), headings, rows, has_decimal_commas: false };
+        if columns.rows.is_empty() {
+            return Err(columns.wrong_file("there are no numbers below the headings"));
         }
         Ok(columns)
     }

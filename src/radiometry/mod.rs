@@ -9,6 +9,7 @@ mod columns;
 mod equations;
 mod error;
 mod lit;
+mod models;
 mod planck;
 mod retrieval;
 mod separation;

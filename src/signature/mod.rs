@@ -4,6 +4,7 @@ pub mod budget;
 mod cells;
 pub(crate) mod csv;
 pub mod in_bands;
+pub mod jacobian;
 pub mod levels;
 #[cfg(feature = "netcdf")]
 pub mod netcdf;

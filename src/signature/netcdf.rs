@@ -12,8 +12,90 @@ use super::csv;
 use crate::radiometry::{Assumed, Temperature};
 use crate::table::Table;
 
-/// The columns of a signature and of its budget, as the bytes of a file. The wavelength is their
-/// dimension; errors are ancillary variables of what they belong to.
+/// A variable of a signature, with its attributes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variable {
+    /// Its name, with the unit at its end.
+    pub name: String,
+    /// What it is.
+    pub long_name: &'static str,
+    /// Its unit.
+    pub units: &'static str,
+    /// The names of its errors, divided by spaces.
+    pub ancillary_variables: String,
+    /// A value in each band.
+    pub values: Vec<Option<f64>>,
+}
+
+/// The columns of a signature and of its budget. Errors are ancillary variables of what they belong
+/// to.
+pub fn variables(
+    bands: &[Band],
+    budget: &Budget,
+    temperature: Temperature,
+    assumed: Assumed,
+) -> Vec<Variable> {
+    let mut columns: Vec<(String, &str, _)> = csv::values(bands, budget, temperature, assumed)
+        .into_iter()
+        .map(|(name, meaning, values)| (name.to_owned(), meaning, values))
+        .collect();
+    columns.push(("valid".into(), "1 where the models of all facets hold, else 0.", {
+        bands.iter().map(|band| Some(f64::from(u8::from(band.valid)))).collect()
+    }));
+    // The total stands among the columns, beside the emissivity.
+    let parts = budget.columns().into_iter().skip(1);
+    let has_values = |values: &[Option<f64>]| values.iter().any(Option::is_some);
+    let parts: Vec<(String, &str, Vec<Option<f64>>)> = parts
+        .filter(|(.., values)| has_values(values))
+        .map(|(name, meaning, values)| (format!("budget_{name}"), meaning, values))
+        .collect();
+    let ancillary = |of: &str| {
+        let stem = stem(of);
+        let is_error = |name: &&str| {
+            *name != of
+                && name.strip_prefix(stem).is_some_and(|rest| {
+                    ["_standard_error", "_half_width", "_sd", "_total"]
+                        .iter()
+                        .any(|part| rest.starts_with(part))
+                })
+        };
+        let mut errors: Vec<&str> =
+            columns.iter().map(|(name, ..)| &**name).filter(is_error).collect();
+        if of == "emissivity" {
+            errors.extend(parts.iter().map(|(name, ..)| &**name));
+        }
+        errors.join(" ")
+    };
+    let ancillaries: Vec<String> = columns.iter().map(|(name, ..)| ancillary(name)).collect();
+    let ancillaries = ancillaries.into_iter().chain(parts.iter().map(|_| String::new()));
+    let ancillaries: Vec<String> = ancillaries.collect();
+    let all = columns.into_iter().chain(parts).zip(ancillaries);
+    all.map(|((name, long_name, values), ancillary_variables)| {
+        let unit = UNITS.iter().find(|(suffix, _)| name.ends_with(suffix));
+        let units = unit.map_or("1", |(_, unit)| unit);
+        Variable { name, long_name, units, ancillary_variables, values }
+    })
+    .collect()
+}
+
+/// The attributes of a signature as a whole: texts, then numbers.
+pub fn attributes(table: &Table) -> (Vec<(&'static str, String)>, Vec<(&'static str, f64)>) {
+    let texts = vec![
+        ("Conventions", "CF-1.11".to_owned()),
+        ("title", table.scene.clone()),
+        ("source", concat!("soilsig ", env!("CARGO_PKG_VERSION")).to_owned()),
+        ("scene_sha256", table.scene_sha256.clone()),
+        ("seed", table.seed.to_string()),
+    ];
+    let numbers = vec![
+        ("temperature_k", table.temperature_k),
+        ("view_zenith_deg", table.view.zenith_deg),
+        ("view_azimuth_deg", table.view.azimuth_deg),
+    ];
+    (texts, numbers)
+}
+
+/// A signature as the bytes of a file. The wavelength is the dimension of its variables.
 pub fn bytes(
     table: &Table,
     bands: &[Band],
@@ -22,50 +104,8 @@ pub fn bytes(
     assumed: Assumed,
 ) -> Vec<u8> {
     let um: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
-    let mut columns = csv::values(bands, budget, temperature, assumed);
-    // The total stands among the columns, beside the emissivity.
-    let parts = budget.columns().into_iter().skip(1);
-    let has_values = |values: &[Option<f64>]| values.iter().any(Option::is_some);
-    let parts: Vec<(String, &str, Vec<Option<f64>>)> = parts
-        .filter(|(.., values)| has_values(values))
-        .map(|(name, meaning, values)| (format!("budget_{name}"), meaning, values))
-        .collect();
-    columns.push(("valid", "1 where the models of all facets hold, else 0.", {
-        bands.iter().map(|band| Some(f64::from(u8::from(band.valid)))).collect()
-    }));
-    let names: Vec<&str> = columns.iter().map(|(name, ..)| *name).collect();
-    let ancillary = |of: &str| {
-        let stem = stem(of);
-        let is_error = |name: &&&str| {
-            **name != of
-                && name.strip_prefix(stem).is_some_and(|rest| {
-                    ["_standard_error", "_half_width", "_sd", "_total"]
-                        .iter()
-                        .any(|part| rest.starts_with(part))
-                })
-        };
-        let mut errors: Vec<&str> = names.iter().filter(is_error).copied().collect();
-        if of == "emissivity" {
-            errors.extend(parts.iter().map(|(name, ..)| &**name));
-        }
-        errors.join(" ")
-    };
-    let mut variables: Vec<Variable> = Vec::new();
-    for (name, meaning, values) in &columns {
-        variables.push(Variable { name, meaning, values, ancillary: ancillary(name) });
-    }
-    for (name, meaning, values) in &parts {
-        variables.push(Variable { name, meaning, values, ancillary: String::new() });
-    }
+    let variables = variables(bands, budget, temperature, assumed);
     written(table, &um, &variables).expect("names and sizes are valid, and memory does not fail")
-}
-
-struct Variable<'a> {
-    name: &'a str,
-    meaning: &'a str,
-    values: &'a [Option<f64>],
-    /// Names of its errors.
-    ancillary: String,
 }
 
 /// A name without its unit.
@@ -99,30 +139,24 @@ impl From<WriteError> for Failed {
 fn written(table: &Table, um: &[f64], variables: &[Variable]) -> Result<Vec<u8>, Failed> {
     let mut set = DataSet::new();
     set.add_fixed_dim(WAVELENGTH, um.len())?;
-    for (key, text) in [
-        ("Conventions", "CF-1.11"),
-        ("title", &*table.scene),
-        ("source", concat!("soilsig ", env!("CARGO_PKG_VERSION"))),
-        ("scene_sha256", &table.scene_sha256),
-        ("seed", &table.seed.to_string()),
-    ] {
-        set.add_global_attr_string(key, text)?;
+    let (texts, numbers) = attributes(table);
+    for (key, text) in texts {
+        set.add_global_attr_string(key, &text)?;
     }
-    set.add_global_attr_f64("temperature_k", vec![table.temperature_k])?;
-    set.add_global_attr_f64("view_zenith_deg", vec![table.view.zenith_deg])?;
-    set.add_global_attr_f64("view_azimuth_deg", vec![table.view.azimuth_deg])?;
+    for (key, number) in numbers {
+        set.add_global_attr_f64(key, vec![number])?;
+    }
     set.add_var_f64(WAVELENGTH, &[WAVELENGTH])?;
     set.add_var_attr_string(WAVELENGTH, "standard_name", "radiation_wavelength")?;
     set.add_var_attr_string(WAVELENGTH, "long_name", "wavelength of the band")?;
     set.add_var_attr_string(WAVELENGTH, "units", "um")?;
-    for Variable { name, meaning, ancillary, .. } in variables {
+    for Variable { name, long_name, units, ancillary_variables: errors, .. } in variables {
         set.add_var_f64(name, &[WAVELENGTH])?;
-        set.add_var_attr_string(name, "long_name", meaning)?;
-        let unit = UNITS.iter().find(|(suffix, _)| name.ends_with(suffix));
-        set.add_var_attr_string(name, "units", unit.map_or("1", |(_, unit)| unit))?;
+        set.add_var_attr_string(name, "long_name", long_name)?;
+        set.add_var_attr_string(name, "units", units)?;
         set.add_var_attr_f64(name, "_FillValue", vec![FILL])?;
-        if !ancillary.is_empty() {
-            set.add_var_attr_string(name, "ancillary_variables", ancillary)?;
+        if !errors.is_empty() {
+            set.add_var_attr_string(name, "ancillary_variables", errors)?;
         }
     }
     let memory = Memory::default();

@@ -61,15 +61,22 @@ impl Table {
     /// # Errors
     /// The file cannot be read, is not a table of this version, or contradicts itself.
     pub fn read(path: &Path) -> Result<Self, TableError> {
-        let text = fs::read_to_string(path).map_err(FileError::read(path))?;
+        Self::parse(&fs::read_to_string(path).map_err(FileError::read(path))?, path)
+    }
+
+    /// Reads a table from the text of a file.
+    ///
+    /// # Errors
+    /// As for [`Table::read`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self, TableError> {
         let json = |error: serde_json::Error| FileError::wrong(path, error.to_string());
-        let Version { soilsig_table: version } = serde_json::from_str(&text).map_err(json)?;
+        let Version { soilsig_table: version } = serde_json::from_str(text).map_err(json)?;
         if version != FORMAT {
             let problem =
                 format!("version {version} is not known; this program reads version {FORMAT}");
             return Err(FileError::wrong(path, problem).into());
         }
-        let table: Self = serde_json::from_str(&text).map_err(json)?;
+        let table: Self = serde_json::from_str(text).map_err(json)?;
         if let Some(problem) = table.problem() {
             return Err(FileError::wrong(path, problem).into());
         }
@@ -190,6 +197,11 @@ impl Table {
 
     /// Writes the table as JSON, one state a line.
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
+        output::bytes(path, self.text().as_bytes())
+    }
+
+    /// The text of its file.
+    pub fn text(&self) -> String {
         let histogram = Histogram::empty(self.histogram.kept);
         let head = Self { histogram, cells: None, ..self.clone() };
         let mut text = serde_json::to_string_pretty(&head).expect("a table is plain data");
@@ -202,7 +214,7 @@ impl Table {
             text += &cells.json();
         }
         text += "\n}\n";
-        output::bytes(path, text.as_bytes())
+        text
     }
 }
 

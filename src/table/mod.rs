@@ -1,5 +1,6 @@
 //! The bounce table: everything that spectra, temperatures and sky need to know of a traced bed.
 
+mod change;
 pub mod cover;
 pub mod field;
 mod file;
@@ -27,6 +28,7 @@ use crate::table::materials::reflectances;
 use crate::table::stop::Reached;
 use crate::table::warning::Warning;
 
+pub use change::ChangeError;
 pub use file::TableError;
 pub use material::TableMaterial;
 pub use nodes::{Nodes, NodesError};

@@ -170,7 +170,7 @@ fn commands_of_the_guide_run() {
     for page in guide() {
         assert!(!page.prose.contains("```"), "{}: an indented block", page.path.display());
         for block in &page.blocks {
-            let known = ["sh", "text", "json"].contains(&block.language.as_str());
+            let known = ["sh", "text", "json", "python"].contains(&block.language.as_str());
             assert!(known, "{}:{}: {}", page.path.display(), block.line, block.language);
             let is_shell = block.language == "sh";
             let fits = match block.mark {

@@ -2,6 +2,7 @@
 
 #![allow(clippy::disallowed_methods, reason = "tests write no results")]
 
+mod atmospheres;
 mod bed_warnings;
 mod blender_control;
 mod budget;
@@ -24,6 +25,7 @@ mod guide;
 mod image;
 mod independent_tracer;
 mod ingest;
+mod jacobian;
 mod library;
 mod matching;
 mod messages;
@@ -38,6 +40,7 @@ mod places;
 mod precision;
 mod processors;
 mod python;
+mod python_module;
 mod radiometry;
 mod readers;
 mod reciprocity;

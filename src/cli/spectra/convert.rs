@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use super::{Input, wavelengths};
 use crate::cli::arguments::{file_of, positive};
-use crate::cli::terminal::tell;
-use crate::cli::usage;
+use crate::cli::{Context, usage};
 use crate::scene::Grid;
 use crate::spectrum::format;
 use crate::spectrum::resample::{Response, resampling_error};
@@ -32,7 +31,7 @@ pub(super) struct Args {
     response: Vec<PathBuf>,
 }
 
-pub(super) fn run(args: &Args) -> Result<(), Error> {
+pub(super) fn run(args: &Args, context: &Context) -> Result<(), Error> {
     let files = args.input.spectra.iter().filter_map(|text| file_of(text));
     let files = files.chain(args.response.iter().map(PathBuf::as_path));
     let read = files.flat_map(format::files);
@@ -41,21 +40,28 @@ pub(super) fn run(args: &Args) -> Result<(), Error> {
     for spectrum in &spectra {
         if let Spectrum::Tabulated(points) = spectrum {
             for warning in &points.warnings {
-                tell(&format!("warning: {}: {warning}", points.file));
+                context.monitor.say(&format!("warning: {}: {warning}", points.file));
             }
         }
     }
-    let (wavelength_um, curves) =
-        if args.response.is_empty() { args.on_grid(&spectra)? } else { args.in_bands(&spectra)? };
+    let (wavelength_um, curves) = if args.response.is_empty() {
+        args.on_grid(&spectra, context)?
+    } else {
+        args.in_bands(&spectra, context)?
+    };
     let names = spectra.iter().map(|spectrum| spectrum.name().to_owned());
     format::write(&args.out, &wavelength_um, &names.zip(curves).collect::<Vec<_>>())
 }
 
 impl Args {
     /// Values at wavelengths, or means over a slit.
-    fn on_grid(&self, spectra: &[Spectrum]) -> Result<(Vec<f64>, Vec<Vec<f64>>), Error> {
+    fn on_grid(
+        &self,
+        spectra: &[Spectrum],
+        context: &Context,
+    ) -> Result<(Vec<f64>, Vec<Vec<f64>>), Error> {
         let um = match self.step {
-            Some(step) => self.grid(spectra, step),
+            Some(step) => self.grid(spectra, step)?,
             None => wavelengths(&spectra[0], self.input.range)?,
         };
         let mut curves = Vec::new();
@@ -64,7 +70,9 @@ impl Args {
                 && let Spectrum::Tabulated(points) = spectrum
             {
                 if wavelengths(spectrum, self.input.range)? != um {
-                    usage("the spectra have different wavelengths: give common ones by --step");
+                    return Err(usage(
+                        "the spectra have different wavelengths: give common ones by --step",
+                    ));
                 }
                 // No format that is written can mark missing values.
                 let within = |gap: &&[f64; 2]| um[0] < gap[1] && gap[0] < um[um.len() - 1];
@@ -78,12 +86,12 @@ impl Args {
                 None => format::sampled(spectrum, &um)?,
                 Some(width) => {
                     let slits = um.iter().map(|&um| Response::triangle(um, width));
-                    band_means(spectrum, &um, &slits.collect::<Vec<_>>())?
+                    band_means(spectrum, &um, &slits.collect::<Vec<_>>(), context)?
                 }
             };
             if self.step.is_some() && um.len() > 1 {
                 let error = resampling_error(spectrum, &um, &curve)?;
-                tell(&format!(
+                context.monitor.say(&format!(
                     "{}: resampling error RMS {:.2e}, largest {:+.2e} at {} um",
                     spectrum.name(),
                     error.rms,
@@ -97,7 +105,7 @@ impl Args {
     }
 
     /// The range, else what all spectra hold, less the reach of a slit at both ends.
-    fn grid(&self, spectra: &[Spectrum], step: f64) -> Vec<f64> {
+    fn grid(&self, spectra: &[Spectrum], step: f64) -> Result<Vec<f64>, Error> {
         let margin = self.width.unwrap_or(0.0);
         let (from, to) = self.input.range.unwrap_or_else(|| {
             let ranges = spectra.iter().filter_map(Spectrum::range_um);
@@ -106,16 +114,21 @@ impl Args {
                 .map_or(Grid::PAPER.range_um().into(), |[from, to]| [from + margin, to - margin]);
             ((from / step).ceil() * step, to)
         });
-        Grid::new(from, to, step).unwrap_or_else(|problem| usage(&problem)).wavelengths_um()
+        let grid = Grid::new(from, to, step).map_err(|problem| usage(&problem))?;
+        Ok(grid.wavelengths_um())
     }
 
     /// Means over the bands of a sensor, at their centroids.
-    fn in_bands(&self, spectra: &[Spectrum]) -> Result<(Vec<f64>, Vec<Vec<f64>>), Error> {
+    fn in_bands(
+        &self,
+        spectra: &[Spectrum],
+        context: &Context,
+    ) -> Result<(Vec<f64>, Vec<Vec<f64>>), Error> {
         let mut bands: Vec<Response> =
             self.response.iter().map(|path| Response::read(path)).collect::<Result<_, _>>()?;
         bands.sort_by(|a, b| a.centre_um().total_cmp(&b.centre_um()));
         let um: Vec<f64> = bands.iter().map(Response::centre_um).collect();
-        let means = spectra.iter().map(|spectrum| band_means(spectrum, &um, &bands));
+        let means = spectra.iter().map(|spectrum| band_means(spectrum, &um, &bands, context));
         let means = means.collect::<Result<_, _>>()?;
         Ok((um, means))
     }
@@ -126,6 +139,7 @@ fn band_means(
     spectrum: &Spectrum,
     um: &[f64],
     bands: &[Response],
+    context: &Context,
 ) -> Result<Vec<f64>, SpectrumError> {
     let means: Vec<f64> =
         bands.iter().map(|band| band.band_mean(spectrum)).collect::<Result<_, _>>()?;
@@ -133,7 +147,7 @@ fn band_means(
     let differences = means.iter().zip(&points).map(|(mean, point)| mean - point);
     let largest = differences.zip(um).max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
     if let Some((difference, um)) = largest {
-        tell(&format!(
+        context.monitor.say(&format!(
             "{}: a band's mean differs from the value at its centre by {difference:+.2e} at most, \
              at {um} um",
             spectrum.name()

@@ -12,7 +12,7 @@ use super::arguments::{range, spectrum, spectrum_source};
 use super::{Context, Outcome, usage};
 use crate::scene::{Grid, SpectrumSource};
 use crate::spectrum::format::{self, Reading, Unit};
-use crate::spectrum::{Quantity, Spectrum, SpectrumError};
+use crate::spectrum::{Quantity, Spectrum};
 use crate::support::error::Error;
 
 pub(super) use plot::drawn;
@@ -61,13 +61,13 @@ struct Input {
     range: Option<(f64, f64)>,
 }
 
-pub fn run(args: &Args, _: &Context) -> Outcome {
+pub fn run(args: &Args, context: &Context) -> Outcome {
     match &args.command {
-        Command::List => list::run()?,
-        Command::Show(input) => show::run(input)?,
-        Command::Plot(args) => plot::run(args)?,
-        Command::Convert(args) => convert::run(args)?,
-        Command::Check(input) => check::run(input)?,
+        Command::List => list::run(context)?,
+        Command::Show(input) => show::run(input, context)?,
+        Command::Plot(args) => plot::run(args, context)?,
+        Command::Convert(args) => convert::run(args, context)?,
+        Command::Check(input) => check::run(input, context)?,
     }
     Ok(None)
 }
@@ -80,7 +80,7 @@ impl Input {
     }
 
     fn read_one(&self, text: &str, margin_um: f64) -> Result<Vec<Spectrum>, Error> {
-        let SpectrumSource::File(path) = spectrum_source(text) else {
+        let SpectrumSource::File(path) = spectrum_source(text)? else {
             return Ok(vec![spectrum(text)?]);
         };
         let reading = Reading {
@@ -95,7 +95,10 @@ impl Input {
             let names: Vec<String> = spectra.iter().filter_map(|s| s.name.clone()).collect();
             spectra.retain(|spectrum| spectrum.name.as_deref() == Some(name));
             if spectra.is_empty() {
-                usage(&format!("{text} has no spectrum {name:?}; it has {}", names.join(", ")));
+                return Err(usage(&format!(
+                    "{text} has no spectrum {name:?}; it has {}",
+                    names.join(", ")
+                )));
             }
         }
         Ok(spectra.into_iter().map(Spectrum::Tabulated).collect())
@@ -103,7 +106,7 @@ impl Input {
 }
 
 /// A file's own wavelengths within a range, else every 10 nm of it.
-fn wavelengths(spectrum: &Spectrum, range: Option<(f64, f64)>) -> Result<Vec<f64>, SpectrumError> {
+fn wavelengths(spectrum: &Spectrum, range: Option<(f64, f64)>) -> Result<Vec<f64>, Error> {
     if let (Spectrum::Tabulated(points), None) = (spectrum, range) {
         return Ok(points.wavelength_um.clone());
     }
@@ -117,5 +120,6 @@ fn wavelengths(spectrum: &Spectrum, range: Option<(f64, f64)>) -> Result<Vec<f64
         }
     }
     spectrum.covers([from, to])?;
-    Ok(Grid::new(from, to, 0.01).unwrap_or_else(|problem| usage(&problem)).wavelengths_um())
+    let grid = Grid::new(from, to, 0.01).map_err(|problem| usage(&problem))?;
+    Ok(grid.wavelengths_um())
 }

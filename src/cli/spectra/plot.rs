@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use super::{Input, wavelengths};
+use crate::cli::Context;
 use crate::cli::arguments::{ChartFile, spectrum_source};
-use crate::cli::print;
 use crate::draw::plot::{self, Chart, Curve};
 use crate::scene::SpectrumSource;
 use crate::spectrum::Spectrum;
@@ -24,8 +24,8 @@ pub(super) struct Args {
     bare_figure: bool,
 }
 
-pub(super) fn run(Args { input, out, bare_figure }: &Args) -> Result<(), Error> {
-    let file = ChartFile::new(out);
+pub(super) fn run(Args { input, out, bare_figure }: &Args, context: &Context) -> Result<(), Error> {
+    let file = ChartFile::new(out)?;
     let Drawn { curves, mut caption, credit } =
         drawn(&input.spectra, &input.read(0.0)?, input.range)?;
     caption.extend(credit);
@@ -33,7 +33,7 @@ pub(super) fn run(Args { input, out, bare_figure }: &Args) -> Result<(), Error> 
     let hatched_um = Vec::new();
     let chart = Chart { title, caption, curves, hatched_um, bare: *bare_figure };
     file.write(&plot::emissivity_svg(&chart)?)?;
-    print(&format!("chart in {}\n", out.display()))
+    context.print(&format!("chart in {}\n", out.display()))
 }
 
 /// Spectra as a chart shows them.
@@ -65,7 +65,7 @@ pub(in crate::cli) fn drawn(
         });
     }
     let of_library = |text: &String| match spectrum_source(text) {
-        SpectrumSource::File(path) => Format::of(&path).is_ok_and(|of| of == Format::Ecostress),
+        Ok(SpectrumSource::File(path)) => Format::of(&path).is_ok_and(|of| of == Format::Ecostress),
         _ => false,
     };
     drawn.credit = given.iter().any(of_library).then(|| format::ECOSTRESS_CREDIT.into());

@@ -3,12 +3,12 @@
 use std::fmt::Write as _;
 
 use super::{Input, wavelengths};
-use crate::cli::print;
+use crate::cli::Context;
 use crate::spectrum::features::features;
 use crate::spectrum::{Spectrum, format};
 use crate::support::error::Error;
 
-pub(super) fn run(input: &Input) -> Result<(), Error> {
+pub(super) fn run(input: &Input, context: &Context) -> Result<(), Error> {
     let mut text = String::new();
     for spectrum in input.read(0.0)? {
         text += &describe(&spectrum);
@@ -31,7 +31,7 @@ pub(super) fn run(input: &Input) -> Result<(), Error> {
             );
         }
     }
-    print(&text)
+    context.print(&text)
 }
 
 /// What a spectrum is and its range, in one line.

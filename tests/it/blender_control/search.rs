@@ -25,6 +25,7 @@ impl Machine {
         Search {
             explicit: None,
             variable: None,
+            interpreter: None,
             path: Some(self.0.path().join("bin").into()),
             folder: self.0.path().to_owned(),
             cache: self.0.path().join("cache"),
