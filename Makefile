@@ -3,11 +3,11 @@
 # The coverage that `make run` simulates: full, less, sparse, bare or all.
 COVERAGE = sparse
 # Tests that `make test` leaves out, for want of a tool: blender, bpy, mitsuba, readers,
-# window, browser.
+# snakemake, window, browser.
 WITHOUT =
 
 .PHONY: help run test lint docs setup bench intervals twins chart scale packings tolerances budgets \
-    facets refraction stress torture clean
+    facets refraction stress torture kills clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -28,6 +28,7 @@ test: ## lint, and run every test, in Blender and in Python's bpy
 	SOILSIG_TEST_BROWSER=$(if $(filter browser,$(WITHOUT)),none,$$(command -v chromium)) \
 	SOILSIG_TEST_MITSUBA=$(if $(filter mitsuba,$(WITHOUT)),none,$(CURDIR)/.tools/mitsuba/bin/python) \
 	SOILSIG_TEST_READERS=$(if $(filter readers,$(WITHOUT)),none,$(CURDIR)/.tools/readers/bin/python) \
+	SOILSIG_TEST_SNAKEMAKE=$(if $(filter snakemake,$(WITHOUT)),none,$(CURDIR)/.tools/snakemake/bin/snakemake) \
 	SOILSIG_TEST_LIBRARY=$${SOILSIG_TEST_LIBRARY:-none} \
 	INSTA_UPDATE=no cargo test --release
 	@$(if $(WITHOUT),echo 'LEFT OUT: the tests that need $(WITHOUT)')
@@ -107,6 +108,11 @@ torture: setup ## kill runs, let writes fail, fill disks; look for what is half 
 	cargo build --release
 	python3 scripts/torture.py target/release/soilsig --kills 500 --errors 200 \
 	    --blender "$$(command -v blender)"
+
+# docs/guide/sweeps.md
+kills: setup ## kill a sweep at 30 moments; look whether a finished bed is lost or made twice
+	cargo build --release
+	python3 scripts/kills.py target/release/soilsig 30
 
 clean: ## remove all builds and installed tools: target, .venv, .tools
 	cargo clean

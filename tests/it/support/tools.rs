@@ -20,6 +20,8 @@ pub enum Tool {
     Mitsuba,
     /// A Python with the readers of others.
     Readers,
+    /// Snakemake, for the workflow.
+    Snakemake,
     /// Chromium, for the page of a result.
     Browser,
     /// The X server Xvfb, for Blender's window.
@@ -35,6 +37,7 @@ impl Tool {
             Self::Bpy => "SOILSIG_TEST_BPY",
             Self::Mitsuba => "SOILSIG_TEST_MITSUBA",
             Self::Readers => "SOILSIG_TEST_READERS",
+            Self::Snakemake => "SOILSIG_TEST_SNAKEMAKE",
             Self::Browser => "SOILSIG_TEST_BROWSER",
             Self::Window => "SOILSIG_TEST_WINDOW",
             Self::Library => "SOILSIG_TEST_LIBRARY",
