@@ -3,11 +3,11 @@
 # The coverage that `make run` simulates: full, less, sparse, bare or all.
 COVERAGE = sparse
 # Tests that `make test` leaves out, for want of a tool: blender, bpy, mitsuba, readers,
-# window, browser, module.
+# snakemake, window, browser, module.
 WITHOUT =
 
 .PHONY: help run test lint docs wheel setup bench intervals twins chart scale packings tolerances budgets \
-    facets refraction stress torture fuzz clean
+    facets refraction stress torture fuzz kills clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -29,6 +29,7 @@ test: ## lint, and run every test, in Blender and in Python's bpy
 	SOILSIG_TEST_MITSUBA=$(if $(filter mitsuba,$(WITHOUT)),none,$(CURDIR)/.tools/mitsuba/bin/python) \
 	SOILSIG_TEST_READERS=$(if $(filter readers,$(WITHOUT)),none,$(CURDIR)/.tools/readers/bin/python) \
 	SOILSIG_TEST_MODULE=$(if $(filter module,$(WITHOUT)),none,$(CURDIR)/.tools/module/bin/python) \
+	SOILSIG_TEST_SNAKEMAKE=$(if $(filter snakemake,$(WITHOUT)),none,$(CURDIR)/.tools/snakemake/bin/snakemake) \
 	SOILSIG_TEST_LIBRARY=$${SOILSIG_TEST_LIBRARY:-none} \
 	INSTA_UPDATE=no cargo test --release
 	@$(if $(WITHOUT),echo 'LEFT OUT: the tests that need $(WITHOUT)')
@@ -120,6 +121,11 @@ PARSERS =
 # docs/measurements/fuzzing.md
 fuzz: ## give every reader of files changed inputs (takes hours)
 	scripts/fuzz.sh $(BYTES) $(PARSERS)
+
+# docs/guide/sweeps.md
+kills: setup ## kill a sweep at 30 moments; look whether a finished bed is lost or made twice
+	cargo build --release
+	python3 scripts/kills.py target/release/soilsig 30
 
 clean: ## remove all builds and installed tools: target, .venv, .tools
 	cargo clean

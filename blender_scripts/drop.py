@@ -3,8 +3,8 @@
 blender -b --factory-startup --python-exit-code 13 --python drop.py -- --scene S --out DIR
 python drop.py -- --scene S --out DIR        (a Python that imports bpy)
 
-S is a recipe that `soilsig` has checked; there may be several. The files of its bed go into a folder
-of DIR that has the name of the recipe's file without its ending.
+S is a recipe that `soilsig` has checked; there may be several. The files of its bed go into a
+folder of DIR that has the name of the recipe's file without its ending.
 """
 
 import argparse

@@ -204,20 +204,34 @@ impl Order<'_> {
             time_limit: self.time_limit.saturating_mul(lot.len() as u32),
             monitor,
         };
-        let finished = self.blender.run(&job, &mut |event| on_event(event));
-        for &bed in lot {
-            let made = scratch.path().join(bed.to_string());
-            if !made.is_dir() {
-                continue;
-            }
-            cache.stage(STAGE, &self.made_from(bed), |folder| {
-                for file in output::list(&made)? {
-                    let (from, to) = (made.join(&file), folder.join(&file));
-                    fs::rename(&from, to).map_err(failed(&from))?;
+        // Each bed goes into the cache when it is whole: what is killed later does not lose it.
+        let mut left = lot.iter().copied().peekable();
+        let mut kept = Ok(());
+        let mut keep = || -> Result<(), Error> {
+            while let Some(&bed) = left.peek() {
+                let made = scratch.path().join(bed.to_string());
+                if !made.is_dir() {
+                    break;
                 }
-                Ok(output::copy(log, &folder.join("blender.log"))?)
-            })?;
-        }
+                cache.stage(STAGE, &self.made_from(bed), |folder| {
+                    for file in output::list(&made)? {
+                        let (from, to) = (made.join(&file), folder.join(&file));
+                        fs::hard_link(&from, to).map_err(failed(&from))?;
+                    }
+                    Ok(output::copy(log, &folder.join("blender.log"))?)
+                })?;
+                left.next();
+            }
+            Ok(())
+        };
+        let finished = self.blender.run(&job, &mut |event| {
+            if matches!(event, Event::Progress { stage, .. } if stage == "bed") && kept.is_ok() {
+                kept = keep();
+            }
+            on_event(event);
+        });
+        kept?;
+        keep()?;
         if matches!(finished, Ok(_) | Err(BlenderError::Interrupted)) {
             output::remove(log)?;
         }

@@ -3,6 +3,7 @@
 use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
 
+use serde_json::Value;
 use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
@@ -12,7 +13,7 @@ use super::{Context, Outcome};
 use crate::pipeline::Source;
 use crate::pipeline::inputs;
 use crate::pipeline::record::Record;
-use crate::scene::{Scene, SceneGeometry};
+use crate::scene::{Change, Scene, SceneGeometry};
 use crate::support::error::{Error, Failure};
 use crate::support::file_error::FileError;
 use crate::support::output;
@@ -77,9 +78,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         let problem = "its copies of the inputs are missing or were changed";
         return Err(wrong(folder, problem, "run it again with this version"));
     }
-    if let Recorded::Run(record) = &record {
-        stands_alone(record, folder)?;
-    }
+    stands_alone(&record, folder)?;
     let mut names: Vec<String> = written
         .iter()
         .filter(|(name, output)| output.reproducible || *name == "report.html")
@@ -126,23 +125,52 @@ fn name_of(path: &Path) -> String {
 }
 
 /// Refuses a scene that names files by places of this machine.
-fn stands_alone(record: &Record, folder: &Path) -> Result<(), Error> {
-    let Source::Scene(path) = &record.options.source else { return Ok(()) };
-    let path = inputs::copied(path, &record.inputs, folder);
-    let mut scene = Scene::read(&path)?.changed(&record.options.set)?;
-    let mut named: Vec<PathBuf> = scene.files_mut().iter().map(|file| file.path.clone()).collect();
-    match &scene.geometry {
-        SceneGeometry::Packing(packing) => named.extend(packing.library.clone()),
-        SceneGeometry::Placed(placed) => {
-            named.extend(placed.prototypes.iter().map(|prototype| prototype.file.clone()));
+fn stands_alone(record: &Recorded, folder: &Path) -> Result<(), Error> {
+    let (source, read, set) = match record {
+        Recorded::Run(record) => (&record.options.source, &record.inputs, &record.options.set[..]),
+        Recorded::Sweep(record) => (&record.study.source, &record.inputs, &record.study.set[..]),
+    };
+    let mut named = Vec::new();
+    let mut at = folder.to_owned();
+    if let Source::Scene(path) = source {
+        let path = match record {
+            Recorded::Run(_) => path.clone(),
+            Recorded::Sweep(record) => {
+                named.push(path.clone());
+                record.study_file.parent().unwrap_or(Path::new("")).join(path)
+            }
+        };
+        at = inputs::copied(&path, read, folder);
+        let facets = |change: &&Change| change.key() != "facets";
+        let set: Vec<Change> = set.iter().filter(facets).cloned().collect();
+        let mut scene = Scene::read(&at)?.changed(&set)?;
+        named.extend(scene.files_mut().iter().map(|file| file.path.clone()));
+        match &scene.geometry {
+            SceneGeometry::Packing(packing) => named.extend(packing.library.clone()),
+            SceneGeometry::Placed(placed) => {
+                named.extend(placed.prototypes.iter().map(|prototype| prototype.file.clone()));
+            }
         }
+    }
+    if let Recorded::Sweep(record) = record {
+        texts(&serde_json::to_value(&record.study.axes).expect("plain data"), &mut named);
     }
     match named.iter().find(|path| path.is_absolute()) {
         None => Ok(()),
         Some(file) => {
             let problem = format!("the scene names {}, a place of this machine", file.display());
-            Err(wrong(&path, problem, "name it relative to the scene file, and run it again"))
+            Err(wrong(&at, problem, "name it relative to the scene file, and run it again"))
         }
+    }
+}
+
+/// All texts in a value, as paths.
+fn texts(value: &Value, found: &mut Vec<PathBuf>) {
+    match value {
+        Value::String(text) => found.push(text.into()),
+        Value::Array(list) => list.iter().for_each(|value| texts(value, found)),
+        Value::Object(keys) => keys.values().for_each(|value| texts(value, found)),
+        _ => {}
     }
 }
 

@@ -30,8 +30,9 @@ use crate::support::scratch::{self, Scratch};
 use crate::table::{Prepared, Table, Target};
 use crate::tracer::trace::Request;
 
-/// Most beds that one Blender drops: it is lost with those that are not finished.
-const MOST_OF_BATCH: usize = 16;
+/// Beds that one Blender drops: at most so many, since their tables are made when all are dropped;
+/// at least so many, since a start of Blender takes as long as a small bed.
+const OF_BATCH: [usize; 2] = [4, 32];
 
 /// Folder of finished beds below that of the results.
 pub(super) const BEDS: &str = "beds";
@@ -61,12 +62,6 @@ pub struct FailedBed {
 }
 
 impl FailedBed {
-    fn of(error: &Error) -> Self {
-        let (status, reason, hint) = (error.status() as u8, error.to_string(), error.hint());
-        // Beds are told apart by their records; places of files are those of this machine.
-        Self { status, reason, hint }
-    }
-
     /// Whether another try may end otherwise.
     fn may_pass(&self) -> bool {
         ![Status::BlenderRefused as u8, Status::Input as u8].contains(&self.status)
@@ -280,7 +275,7 @@ impl<'a> Work<'a> {
         let queue = Mutex::new(missing);
         let stop = Mutex::new(None);
         std::thread::scope(|scope| {
-            for worker in 0..workers {
+            for _ in 0..workers {
                 let (queue, stop, done, failed, step) = (&queue, &stop, &done, &failed, &step);
                 scope.spawn(move || {
                     // A thread of its own for each worker: Blender has one too.
@@ -296,7 +291,7 @@ impl<'a> Work<'a> {
                                 };
                                 step.monitor.at(done, total as u64, &text);
                             };
-                            if let Err(error) = self.batch(worker, batch, &tell) {
+                            if let Err(error) = self.batch(batch, &tell) {
                                 let mut stop = stop.lock().unwrap_or_else(PoisonError::into_inner);
                                 stop.get_or_insert(error);
                             }
@@ -309,6 +304,8 @@ impl<'a> Work<'a> {
                 });
             }
         });
+        // It stays if there is a failure in it.
+        let _ = fs::remove_dir(self.options.out.join(FAILED));
         if let Some(error) = stop.into_inner().unwrap_or_else(PoisonError::into_inner) {
             return Err(error);
         }
@@ -334,18 +331,15 @@ impl<'a> Work<'a> {
             return None;
         }
         let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
-        let number = queue.len().div_ceil(2 * workers).min(MOST_OF_BATCH);
+        let [least, most] = OF_BATCH;
+        let number = (2 * queue.len()).div_ceil(3 * workers).clamp(least, most);
+        let number = number.min(queue.len());
         let batch: Vec<_> = queue.drain(..number).collect();
         (!batch.is_empty()).then_some(batch)
     }
 
     /// Drops some beds in one Blender, and traces all that depend on them.
-    fn batch(
-        &self,
-        worker: usize,
-        mut drops: Vec<Vec<usize>>,
-        tell: &dyn Fn(bool),
-    ) -> Result<(), Error> {
+    fn batch(&self, mut drops: Vec<Vec<usize>>, tell: &dyn Fn(bool)) -> Result<(), Error> {
         let scene_of = |bed: usize| {
             let Bed { point, seed, .. } = self.beds[bed];
             self.points.scene(point, seed)
@@ -358,7 +352,9 @@ impl<'a> Work<'a> {
                 drops.iter().map(|drop| scene_of(drop[0])).collect::<Result<_, _>>()?;
             let order = self.order(scenes.iter());
             let silent = Silently(self.options.monitor);
-            let log = |_| self.options.out.join(format!("blender.unfinished.{worker}.log"));
+            // It stays where one of the beds fails, and is named in its reason.
+            let name = format!("{}.log", self.beds[drops[0][0]].id);
+            let log = |_| self.options.out.join(FAILED).join(&name);
             let dropped = order.beds(self.options.cache, &log, &Step::new(&silent, "drop"));
             let found = match dropped {
                 Ok(found) => found.into_iter().map(Some).collect(),
@@ -458,7 +454,11 @@ impl<'a> Work<'a> {
     }
 
     fn fail(&self, bed: &Bed, error: &Error) -> Result<(), Error> {
-        let text = serde_json::to_vec_pretty(&FailedBed::of(error)).expect("plain data");
+        let (status, hint) = (error.status() as u8, error.hint());
+        // Paths below the results hold for whoever has these.
+        let out = format!("{}/", self.options.out.display());
+        let failed = FailedBed { status, reason: error.to_string().replace(&out, ""), hint };
+        let text = serde_json::to_vec_pretty(&failed).expect("plain data");
         Ok(output::bytes(&self.options.out.join(failure_of(&bed.id)), &text)?)
     }
 }

@@ -58,4 +58,6 @@ mod strangers;
 mod stress;
 mod support;
 mod sureness;
+mod sweep;
 mod window;
+mod workflow;

@@ -208,6 +208,12 @@ fn results_are_documented_by_their_schemas_and_columns() {
     let intro = "`soilsig match` writes `match.json`. This page is made from the schema that `soilsig schema match` \
                  prints. [Matching](../guide/matching.md) shows how to read it.";
     keep("match.md", &page_of("The result of a match", intro, &schema::of(Format::Match)));
+    let intro = "`soilsig sweep` reads a study file. This page is made from the schema that `soilsig schema study` \
+                 prints. [Sweeps](../guide/sweeps.md) shows studies.";
+    keep("study.md", &page_of("The study file", intro, &schema::of(Format::Study)));
+    let intro = "`soilsig sweep` writes `sweep.json`, enough to do the sweep again. This page is made from the schema \
+                 that `soilsig schema sweep` prints. [Sweeps](../guide/sweeps.md) explains the files.";
+    keep("sweep.md", &page_of("The record of a sweep", intro, &schema::of(Format::Sweep)));
     let mut page = "# Files of numbers\n\n".to_owned();
     page += &wrapped(
         "Columns of the CSV files, from the lists that the program writes them by. What is not known, and bands that \
@@ -372,6 +378,21 @@ const PROMISES: &[(&str, &str, &str)] = &[
         "The table is the same for any number of threads",
         "tests/it/command_line.rs",
         "the_table_is_the_same_for_any_number_of_threads",
+    ),
+    (
+        "A killed sweep goes on where it was",
+        "tests/it/sweep.rs",
+        "a_killed_sweep_goes_on_where_it_was",
+    ),
+    (
+        "Parts of a sweep give the bytes of one run",
+        "tests/it/sweep.rs",
+        "parts_side_by_side_give_the_bytes_of_one_run_and_no_bed_is_made_twice",
+    ),
+    (
+        "A bundle is made again with nothing else at hand",
+        "tests/it/sweep.rs",
+        "a_bundle_is_made_again_with_nothing_else_at_hand",
     ),
     (
         "Results do not depend on the processor's instruction set",

@@ -13,7 +13,7 @@ pub struct SmallCharts {
     pub caption: Vec<String>,
     /// What the colours are, for the legend; none for a single colour.
     pub labels: Vec<String>,
-    /// Rows of charts. Those of a row have the same y.
+    /// Rows of charts. Those with the same name of y have the same y.
     pub rows: Vec<Vec<SmallChart>>,
 }
 
@@ -82,7 +82,9 @@ pub fn small_charts_svg(of: &SmallCharts) -> String {
     }
     legend.draw(&mut svg, 14.0 + 21.0 * title.len() as f64, false);
     for (r, row) in of.rows.iter().enumerate() {
-        let ys = row.iter().flat_map(|c| &c.series).flat_map(|s| &s.points);
+        let is_alike = |c: &&SmallChart| row.first().is_some_and(|f| f.names[1] == c.names[1]);
+        let alike = of.rows.iter().flatten().filter(is_alike);
+        let ys = alike.flat_map(|c| &c.series).flat_map(|s| &s.points);
         let y_ends = around(ys.flat_map(|[_, y, h]| [y - h, y + h]));
         let upper = top + row_height * r as f64 + 26.0;
         for (c, chart) in row.iter().enumerate() {
@@ -125,8 +127,11 @@ fn draw(svg: &mut Svg, chart: &SmallChart, area: [f64; 4], y_ends: (f64, f64), i
         svg.line(&[(at, top), (at, bottom)], grid);
         svg.text((at, bottom + 15.0), Anchor::Middle, TICK, &label);
     }
-    for series in &chart.series {
-        draw_series(svg, series, &x, &y);
+    let middle = (chart.series.len() as f64 - 1.0) / 2.0;
+    for (i, series) in chart.series.iter().enumerate() {
+        // Bars of several colours stand beside each other.
+        let aside = if series.drawn == Drawing::Curve { 0.0 } else { 4.0 * (i as f64 - middle) };
+        draw_series(svg, series, aside, &x, &y);
     }
     svg.rectangle((left, top), (right - left, bottom - top), &format!("fill='none' {ink}"));
     let title = shortened(&chart.title, 12.5, right - left);
@@ -138,10 +143,11 @@ fn draw(svg: &mut Svg, chart: &SmallChart, area: [f64; 4], y_ends: (f64, f64), i
     }
 }
 
-fn draw_series(svg: &mut Svg, series: &Series, x: &Axis, y: &Axis) {
+fn draw_series(svg: &mut Svg, series: &Series, aside: f64, x: &Axis, y: &Axis) {
     let pen = Pen::of(series.colour);
-    let at =
-        |[vx, vy, h]: &[f64; 3], sign: f64| -> Point { (x.place(*vx), y.place(vy + sign * h)) };
+    let at = |[vx, vy, h]: &[f64; 3], sign: f64| -> Point {
+        (x.place(*vx) + aside, y.place(vy + sign * h))
+    };
     let line: Vec<Point> = series.points.iter().map(|point| at(point, 0.0)).collect();
     if series.drawn == Drawing::Curve {
         let upper = series.points.iter().map(|point| at(point, 1.0));

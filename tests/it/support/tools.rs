@@ -22,6 +22,8 @@ pub enum Tool {
     Readers,
     /// A Python with the module of this project, and what its notebooks need.
     Module,
+    /// Snakemake, for the workflow.
+    Snakemake,
     /// Chromium, for the page of a result.
     Browser,
     /// The X server Xvfb, for Blender's window.
@@ -38,6 +40,7 @@ impl Tool {
             Self::Mitsuba => "SOILSIG_TEST_MITSUBA",
             Self::Readers => "SOILSIG_TEST_READERS",
             Self::Module => "SOILSIG_TEST_MODULE",
+            Self::Snakemake => "SOILSIG_TEST_SNAKEMAKE",
             Self::Browser => "SOILSIG_TEST_BROWSER",
             Self::Window => "SOILSIG_TEST_WINDOW",
             Self::Library => "SOILSIG_TEST_LIBRARY",
