@@ -105,12 +105,13 @@ def model(shape, diameter, rng) -> Polyhedron:
 
 def measure(body):
     """The descriptors of a body, by the names of what is asked, to six decimals."""
-    elongation, flatness = elongation_and_flatness(body.vertices)
+    elongation, flatness = elongation_and_flatness(body.outermost)
     return {
         "elongation": round(elongation, 6),
         "flatness": round(flatness, 6),
         "sphericity": round(sphericity(body), 6),
         "roundness": round(roundness(body), 6),
+        "convexity": round(body.convexity, 6),
     }
 
 
