@@ -20,7 +20,8 @@ _THINNED = 0.777
 _AROUND = 0.3
 # Most that a fine is lifted, as a share of its diameter.
 _LIFT = 0.2
-# Triangles smaller than the fines are looked up by a grid, the others are compared with each fine.
+# Triangles smaller than the fines are looked up by a grid. The others are compared with every fine,
+# so many pairs at a time.
 _PAIRS = 2_000_000
 
 
@@ -75,9 +76,8 @@ class Ground:
         for fine, _, _, needed in self._crossed(placed, shapes, seats.rotation[:, :, 2], touch):
             np.maximum.at(lift, fine, needed)
         room = lift <= most
-        position = seats.position + (np.where(room, lift, 0) + touch / 2)[:, None] * (
-            seats.rotation[:, :, 2]
-        )
+        up = (np.where(room, lift, 0) + touch / 2)[:, None] * seats.rotation[:, :, 2]
+        position = seats.position + up
         raised = np.flatnonzero(room)
         sunk = self.sunk(shapes.placed(shape, seats.rotation, position)[raised], shapes, touch)
         room[raised[sunk]] = False

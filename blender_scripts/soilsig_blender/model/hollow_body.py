@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+
 from ..common.directions import fibonacci
 from .blender_meshes import box_tree, hull_volume
 from .convex_hull import depth_below, hull_of
@@ -140,8 +141,7 @@ class HollowBody:
 
     def points_on_edges(self, spacing):
         """The corners, and points on the edges no further apart than `spacing`."""
-        sides = np.sort(np.vstack([self.triangles[:, [0, 1]], self.triangles[:, [1, 2]],
-                                   self.triangles[:, [2, 0]]]), axis=1)
+        sides = np.sort(self.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
         tail, head = self.vertices[np.unique(sides, axis=0)].transpose(1, 0, 2)
         parts = np.ceil(np.linalg.norm(head - tail, axis=1) / spacing).astype(int)
         edge = np.repeat(np.arange(len(parts)), np.maximum(parts - 1, 0))

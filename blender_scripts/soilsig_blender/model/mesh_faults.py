@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from .blender_meshes import box_tree
 
+from .blender_meshes import box_tree
 from .convex_hull import depth_below
 from .polyhedron import volume_and_centroid
 
