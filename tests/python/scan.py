@@ -1,4 +1,4 @@
-"""Bodies with hollows for the tests: one like a micro-CT scan, and one that is simple to compute."""
+"""Bodies with hollows for the tests: one like a scan, and one that is simple to compute."""
 
 import numpy as np
 from soilsig_blender.model.mesh_faults import TriangleMesh
@@ -8,8 +8,8 @@ _L = [(0, 0), (100, 0), (100, 40), (40, 40), (40, 100), (0, 100)]
 _L_CUT = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)]
 
 
-def scan(halvings, seed=1):
-    """8 x 4^halvings triangles: a pebble with bites out of it and the noise of a scan, in um."""
+def sphere(halvings):
+    """8 x 4^halvings triangles on the unit sphere: corners and triangles."""
     vertices = np.vstack([np.eye(3), -np.eye(3)])
     faces = np.array([(0, 1, 2), (1, 3, 2), (3, 4, 2), (4, 0, 2)])
     faces = np.vstack([faces, np.where(faces == 2, 5, faces)[:, [1, 0, 2]]])
@@ -20,10 +20,15 @@ def scan(halvings, seed=1):
         middle /= np.linalg.norm(middle, axis=1)[:, None]
         p, q, r = number.reshape(-1, 3).T + len(vertices)
         a, b, c = faces.T
-        faces = np.vstack(
-            [np.column_stack(t) for t in ((a, p, r), (p, b, q), (r, q, c), (p, q, r))]
-        )
+        parts = ((a, p, r), (p, b, q), (r, q, c), (p, q, r))
+        faces = np.vstack([np.column_stack(part) for part in parts])
         vertices = np.vstack([vertices, middle])
+    return vertices, faces
+
+
+def scan(halvings, seed=1):
+    """A pebble of 8 x 4^halvings triangles with bites out of it and the noise of a scan, um."""
+    vertices, faces = sphere(halvings)
     rng = np.random.default_rng(seed)
     shape = vertices * (300, 240, 200)
     for _ in range(4):

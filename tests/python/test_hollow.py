@@ -112,15 +112,16 @@ class Body(unittest.TestCase):
             shapes.measure(body),
             shapes.measure(HollowBody.of(body.vertices, body.triangles)),
         )
-        for name in ("elongation", "flatness", "sphericity", "convexity"):
+        for name in ("elongation", "flatness", "sphericity"):
             self.assertAlmostEqual(one[name], two[name], places=3, msg=name)
         self.assertAlmostEqual(one["roundness"], two["roundness"], delta=0.03)
 
-    def test_a_hollow_lowers_the_convexity_and_the_sphericity(self):
-        whole, bitten = shapes.measure(body_of(scan(4, 1))), shapes.measure(body_of(scan(5, 2)))
-        for said in (whole, bitten):
+    def test_hollows_lower_the_convexity(self):
+        for seed in (1, 2):
+            said = own_grains.describe(body_of(scan(4, seed)))["descriptors"]
             self.assertLess(said["convexity"], 0.98)
             self.assertGreater(said["convexity"], 0.85)
+            self.assertLess(said["sphericity"], 0.95)
 
 
 class Seats(unittest.TestCase):

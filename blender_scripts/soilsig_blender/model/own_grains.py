@@ -49,7 +49,7 @@ def describe(body):
     reached = measure(body)
     return {
         "diameter_um": round(equivalent_diameter(body.volume_and_centroid[0]), 4),
-        "descriptors": reached,
+        "descriptors": reached | {"convexity": round(body.convexity, 6)},
         "roundness_class": roundness_class(reached["roundness"]),
         "feret_um": [round(x, 4) for x in feret_axes(body.outermost)[0].tolist()],
     }

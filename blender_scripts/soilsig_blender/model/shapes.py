@@ -111,7 +111,6 @@ def measure(body):
         "flatness": round(flatness, 6),
         "sphericity": round(sphericity(body), 6),
         "roundness": round(roundness(body), 6),
-        "convexity": round(body.convexity, 6),
     }
 
 
