@@ -1,4 +1,4 @@
-"""The grain's body: scaled to a diameter, checked, made convex."""
+"""The grain's body: scaled to a diameter, checked, filled up to its hull."""
 
 import hashlib
 
@@ -29,7 +29,7 @@ class Normalise(GrainOperator):
         if o.modifiers:
             raise BedError("scene", f"{o.name} has modifiers", "apply them first")
         mesh = objects.triangle_mesh(context, o)
-        unsound = [f for f in faults(mesh) if not f.what.startswith("it is not convex")]
+        unsound = faults(mesh)
         if unsound:
             where = objects.show(context, o, unsound)
             raise BedError("scene", f"{o.name} has no volume: {unsound[0].what}", where)
@@ -58,7 +58,7 @@ class Check(GrainOperator):
     bl_idname = "soilsig.check"
     bl_label = "Check"
     bl_description = (
-        "Is the grain closed, turned outward, in one piece, free of self-intersection and convex? "
+        "Is the grain closed, turned outward, in one piece and free of self-intersection? "
         "Faces at fault are selected; descriptors are shown"
     )
 
@@ -73,11 +73,12 @@ class Check(GrainOperator):
             self.report({"WARNING"}, f"{o.name}: {'; '.join(f.what for f in found)} ({where})")
             return None
         about = own_grains.describe(own_grains.body_of(mesh))
-        form = about["descriptors"]
+        form, filled = about["descriptors"], about["descriptors"]["convexity"]
         o.soilsig.report = "\n".join(
             (
                 "closed, outward, one piece",
-                "convex, not through itself",
+                "not through itself",
+                "convex" if filled == 1 else f"hollow: fills {filled:.3f} of its hull",
                 f"diameter {about['diameter_um']:.1f} um",
                 f"L I S {', '.join(f'{x:.0f}' for x in about['feret_um'])} um",
                 f"elongation I/L {form['elongation']:.3f}",

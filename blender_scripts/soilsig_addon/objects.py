@@ -47,7 +47,7 @@ def _values(collection, name, kind):
 
 
 def sound_body(context, o):
-    """The grain as a convex body about its own origin, or `BedError` with its faces selected."""
+    """The grain as a body about its own origin, or `BedError` with its faces selected."""
     mesh = triangle_mesh(context, o)
     found = faults(mesh)
     if found:

@@ -1,4 +1,4 @@
-//! Checks that a mesh is one closed convex body whose faces point outward.
+//! Checks that a mesh is one closed body whose faces point outward and do not cross.
 //!
 //! `blender_scripts/soilsig_blender/model/mesh_faults.py` has the same checks, for the faces that
 //! Blender's window selects. These need no Blender.
@@ -7,12 +7,8 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-/// The largest distance of a corner outside the plane of a face, as a share of the body's size.
-/// Smaller dents vanish when Blender takes the convex hull.
-const DENT: f64 = 2e-3;
-/// The rounding of coordinates in a file, as a share of the body's size. It tilts the planes of
-/// narrow triangles.
-const ROUNDING: f64 = 1e-6;
+/// How far an edge must pass within a triangle to cross it, as a share of either: less is rounding.
+const CROSSING: f64 = 1e-9;
 
 /// A mesh of flat faces, um.
 #[derive(Debug, Clone, Default)]
@@ -33,9 +29,7 @@ impl Solid {
         triangles.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
     }
 
-    /// The first fault and its place; `None` for a sound body.
-    ///
-    /// A convex body cannot cross itself: no further check is needed.
+    /// The first fault and its place; `None` for a sound body, which may be hollow.
     pub(super) fn fault(&self) -> Option<String> {
         if self.faces.is_empty() {
             return Some("it has no faces".into());
@@ -48,7 +42,7 @@ impl Solid {
                 (self.volume_um3() <= 0.0)
                     .then(|| "it is turned inside out: its faces point inward".into())
             })
-            .or_else(|| self.dent())
+            .or_else(|| self.crossing())
     }
 
     /// A face as triangles about its first corner.
@@ -121,28 +115,79 @@ impl Solid {
         Some(format!("it is in several pieces: {other} is not connected to face 1"))
     }
 
-    /// The corner that lies farthest outside the plane of a face.
-    fn dent(&self) -> Option<String> {
-        let size = self.size();
-        let mut worst = (0.0, 0);
-        for (number, face) in self.faces.iter().enumerate() {
-            for [a, b, c] in self.triangles(face) {
-                let normal = (b - a).cross(c - a);
-                let longest = (b - a).length().max((c - b).length()).max((a - c).length());
-                let narrow = (normal.length() / longest).max(f64::MIN_POSITIVE);
-                let allowed = DENT * size + ROUNDING * size * size / narrow;
-                let normal = normal.normalize_or_zero();
-                let heights = self.vertices.iter().map(|v| (*v - a).dot(normal));
-                let outside = heights.fold(0.0_f64, f64::max);
-                if outside > allowed && outside > worst.0 {
-                    worst = (outside, number);
+    /// The first face that another passes through, or on which a neighbour lies folded.
+    fn crossing(&self) -> Option<String> {
+        let numbered = self.faces.iter().enumerate();
+        let mut triangles: Vec<Triangle> = numbered
+            .flat_map(|(face, loop_)| {
+                let fan = loop_.windows(2).skip(1).map(move |pair| [loop_[0], pair[0], pair[1]]);
+                fan.map(move |corners| self.triangle(face, corners))
+            })
+            .collect();
+        triangles.sort_by(|one, two| one.low.x.total_cmp(&two.low.x));
+        let mut first: Option<usize> = None;
+        for (at, one) in triangles.iter().enumerate() {
+            for two in triangles[at + 1..].iter().take_while(|two| two.low.x <= one.high.x) {
+                let apart = one.high.cmplt(two.low) | two.high.cmplt(one.low);
+                if !apart.any() && one.crosses(two) {
+                    let face = one.face.min(two.face);
+                    first = Some(first.map_or(face, |known| known.min(face)));
                 }
             }
         }
-        let (outside, face) = worst;
-        (outside > 0.0).then(|| {
-            let face = self.place(face);
-            format!("it is not convex: a corner lies {outside:.3} um outside the plane of {face}")
+        Some(format!("it passes through itself at {}", self.place(first?)))
+    }
+
+    fn triangle(&self, face: usize, corners: [usize; 3]) -> Triangle {
+        let points = corners.map(|corner| self.vertices[corner]);
+        let [a, b, c] = points;
+        Triangle { face, corners, points, low: a.min(b).min(c), high: a.max(b).max(c) }
+    }
+}
+
+/// A triangle of a face, in its box.
+struct Triangle {
+    face: usize,
+    corners: [usize; 3],
+    points: [DVec3; 3],
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Triangle {
+    /// Whether an edge of one passes through the other, or both lie folded on a common edge. What
+    /// lies in one plane does not cross.
+    fn crosses(&self, other: &Self) -> bool {
+        let shared = self.corners.iter().filter(|corner| other.corners.contains(corner)).count();
+        match shared {
+            0 | 1 => self.is_pierced_by(other) || other.is_pierced_by(self),
+            _ => self.normal().dot(other.normal()) < -1.0 + CROSSING,
+        }
+    }
+
+    fn normal(&self) -> DVec3 {
+        let [a, b, c] = self.points;
+        (b - a).cross(c - a).normalize_or_zero()
+    }
+
+    /// Whether an edge of the other passes through the inside of this one. An edge that ends at a
+    /// corner of this one may meet it there.
+    fn is_pierced_by(&self, other: &Self) -> bool {
+        (0..3).any(|i| {
+            let ends = [i, (i + 1) % 3];
+            if ends.iter().any(|&end| self.corners.contains(&other.corners[end])) {
+                return false;
+            }
+            let [tail, head] = ends.map(|end| other.points[end]);
+            let ([a, b, c], along) = (self.points, head - tail);
+            let (u, v, s) = (b - a, c - a, tail - a);
+            let (p, q) = (along.cross(v), s.cross(u));
+            let det = u.dot(p);
+            if det.abs() <= CROSSING * along.length() * u.cross(v).length() {
+                return false;
+            }
+            let (x, y, t) = (s.dot(p) / det, along.dot(q) / det, v.dot(q) / det);
+            [x, y, 1.0 - x - y, t, 1.0 - t].into_iter().all(|share| share > CROSSING)
         })
     }
 }
@@ -186,10 +231,9 @@ mod tests {
         assert!(fault(|s| s.faces.push(vec![0, 1, 7])).contains("open"));
         assert!(fault(|s| s.faces.push(vec![0, 0, 1])).contains("no area"));
         assert!(fault(|s| s.faces.clear()).contains("no faces"));
-        assert!(fault(|s| s.vertices[7] = DVec3::splat(-10.0)).contains("not convex"));
         // The opposite corner passes through the far face.
         let crossing = fault(|s| s.vertices[7] = DVec3::new(-20.0, -20.0, -90.0));
-        assert!(crossing.contains("not convex"), "{crossing}");
+        assert!(crossing.contains("it passes through itself at face"), "{crossing}");
         let two = fault(|s| {
             let other = cube();
             s.vertices.extend(other.vertices.iter().map(|v| *v + 200.0));
@@ -199,19 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn rounding_of_narrow_triangles_is_no_dent() {
-        let mut solid = cube();
-        // A point very close to an edge makes two narrow triangles.
-        solid.vertices.push(DVec3::new(0.0, -50.0, -50.0 + 1e-5));
-        for face in &mut solid.faces {
-            let at = (0..3).find(|&i| {
-                let (a, b) = (face[i], face[(i + 1) % 3]);
-                (a.min(b), a.max(b)) == (0, 1)
-            });
-            if let Some(at) = at {
-                face.insert(at + 1, 8);
-            }
-        }
-        assert_eq!(solid.fault(), None);
+    fn a_hollow_body_is_sound() {
+        assert_eq!(fault(|s| s.vertices[7] = DVec3::splat(-10.0)), "");
     }
 }

@@ -70,7 +70,10 @@ fn the_check_names_what_is_wrong_with_a_grain_and_where() {
             .collect();
         text + &(if line.starts_with('f') { shifted.join(" ") } else { line.into() }) + "\n"
     });
+    let crossing = sound.replace("v 300 0 0", "v -150 180 90");
     let hollow = sound.replace("v 300 0 0", "v -100 0 0");
+    let of_hollow =
+        json!({"soilsig_grain": 1, "size_class": "grain_500", "diameter_um": 244.2186});
     let millimetres = sound.replace("00 ", ".0 ").replace("60 ", ".6 ");
     let wrong_class = about("grain_700");
     let wrong_version = json!({"soilsig_grain": 2, "size_class": "grain_500", "diameter_um": 1});
@@ -81,7 +84,8 @@ fn the_check_names_what_is_wrong_with_a_grain_and_where() {
         ("turned", &turned, &class),
         ("inward", &inward, &class),
         ("two", &two, &class),
-        ("hollow", &hollow, &class),
+        ("crossing", &crossing, &class),
+        ("hollow", &hollow, &of_hollow),
         ("unit", &millimetres, &class),
         ("class", &sound, &wrong_class),
         ("version", &sound, &wrong_version),
@@ -91,7 +95,7 @@ fn the_check_names_what_is_wrong_with_a_grain_and_where() {
     ] {
         let _ = fs::remove_dir_all(&folder);
         put(&folder, name, obj, json);
-        let status = if name == "sound" { 0 } else { 3 };
+        let status = if matches!(name, "sound" | "hollow") { 0 } else { 3 };
         let (said, _) = place.run(&CHECK, status);
         assert!(said.starts_with(&format!("{name}: ")), "{name}: {said}");
         told += &said;

@@ -38,9 +38,10 @@ class Modelling(unittest.TestCase):
                 ]
                 for one in bodies:
                     body_check.check(one, f"{name} with {ribs} ribs")
-                    for key, value in shapes.measure(one).items():
+                    reached = shapes.measure(one)
+                    for key, wanted in shape.asked.items():
                         self.assertAlmostEqual(
-                            value, shape.asked[key], delta=shapes.TOLERANCE[key], msg=(name, ribs)
+                            reached[key], wanted, delta=shapes.TOLERANCE[key], msg=(name, ribs)
                         )
                 facets.append([len(one.facets) for one in bodies])
                 if shape.edge_radius == 0:  # no bevels: a facet for each plane, less those cut off

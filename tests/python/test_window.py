@@ -97,17 +97,17 @@ class Window(unittest.TestCase):
 
     def test_a_damaged_grain_is_refused_and_its_faces_are_selected(self):
         o = self.shape()
-        o.data.vertices[3].co *= 0.5
+        o.data.vertices[3].co *= -2
         bpy.ops.soilsig.check()
-        self.assertIn("not convex", o.soilsig.report)
+        self.assertIn("through itself", o.soilsig.report)
         self.assertEqual(o.mode, "EDIT")
         bpy.ops.object.mode_set(mode="OBJECT")
         selected = {p.index for p in o.data.polygons if p.select}
         around = {p.index for p in o.data.polygons if 3 in p.vertices}
         self.assertTrue(selected & around)
         self.assertLess(len(selected), len(o.data.polygons))
-        self.refused("not convex", bpy.ops.soilsig.save)
-        self.refused("not convex", bpy.ops.soilsig.dress)
+        self.refused("through itself", bpy.ops.soilsig.save)
+        self.refused("through itself", bpy.ops.soilsig.dress)
         self.assertFalse(os.path.exists(self.settings.library))
 
         before = [v.co[:] for v in o.data.vertices]
@@ -115,6 +115,17 @@ class Window(unittest.TestCase):
         self.assertIsNot(bpy.context.active_object, o)
         self.assertEqual(before, [v.co[:] for v in o.data.vertices])
         bpy.ops.soilsig.save()
+
+    def test_a_corner_pushed_in_makes_a_hollow_grain_that_is_saved_as_it_is(self):
+        o = self.shape()
+        o.data.vertices[3].co *= 0.5
+        bpy.ops.soilsig.check()
+        self.assertIn("hollow: fills 0.9", o.soilsig.report)
+        bpy.ops.soilsig.dress()
+        self.assertTrue(o.children)
+        bpy.ops.soilsig.save()
+        saved = own_grains.load(self.settings.library, o.name)
+        self.assertLess(saved.convexity, 0.98)
 
     def test_a_hole_is_refused_by_name(self):
         o = self.shape()

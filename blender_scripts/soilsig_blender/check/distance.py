@@ -8,6 +8,8 @@ exact.
 
 import numpy as np
 
+from .hollow_distance import between_cores, to_fines
+
 # This many pairs of fines are compared at a time, to bound the memory.
 _BATCH = 4096
 
@@ -21,8 +23,11 @@ def distance(one, two, pose_one, pose_two, reach):
     shift = pose_one[:3, :3].T @ (pose_two[:3, 3] - pose_one[:3, 3])
     other = two.facing(-turn.T @ shift, one.radius + reach).moved(turn, shift)
     near = one.facing(shift, two.radius + reach)
+    cores = gaps(one.core, other.core).min()
+    if one.hollow or other.hollow:
+        cores = between_cores(one, other, cores, reach)
     return min(
-        gaps(one.core, other.core).min(),
+        cores,
         _to_fines(one, other, reach),
         _to_fines(other, near, reach),
         _between_fines(near, other, reach),
@@ -31,6 +36,8 @@ def distance(one, two, pose_one, pose_two, reach):
 
 def _to_fines(host, other, reach):
     """The least gap between the one grain and the fines of the other."""
+    if host.hollow:
+        return to_fines(host, other, reach)
     core = host.core
     height = other.centre @ core.normals[0].T - core.offsets[0]
     near = np.flatnonzero(height.max(axis=1) < other.outer + reach)

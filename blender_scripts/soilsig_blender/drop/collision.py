@@ -117,7 +117,7 @@ class _Dusty:
         near = self._near(poses, reach_um)
         for i, (prototype, pose, fines) in enumerate(zip(self._prototypes, poses, near)):
             grain = world.add(f"body_{i}", empty, pose)
-            world.add_part(grain, mesh(prototype.grain), np.eye(4))
+            world.add_part(grain, mesh(prototype.grain.envelope), np.eye(4))
             dust = prototype.dust
             for k in fines:
                 part = np.eye(4)

@@ -16,8 +16,10 @@ _TOUCH = 1e-7
 class Clearance:
     """The seats offered so far, by number: taken, struck out, or neither yet."""
 
-    def __init__(self, grain, fines, overlap):
+    def __init__(self, grain, fines, overlap, ground=None):
         self.grain = grain
+        self.ground = ground
+        self.diameters = [fine.diameter_um for fine in fines]
         self.overlap = overlap
         self.touch = _TOUCH * max(fine.diameter_um for fine in fines)
         self.first = np.cumsum([0] + [len(fine.bodies) for fine in fines])
@@ -36,8 +38,14 @@ class Clearance:
         """The number of the first of these seats; the others follow."""
         old = len(self.placed)
         shape = self.first[kind] + seats.body
+        room = np.ones(len(seats), bool)
+        if self.ground:
+            # In place: the pool takes its seats from here.
+            seats.position[:], room = self.ground.lifted(
+                seats, shape, self.shapes, self.diameters[kind], self.touch
+            )
         self.placed += self.shapes.placed(shape, seats.rotation, seats.position)
-        self.struck = np.concatenate([self.struck, np.zeros(len(seats), bool)])
+        self.struck = np.concatenate([self.struck, ~room])
         self.taken = np.concatenate([self.taken, np.zeros(len(seats), bool)])
         self.rivals += [[] for _ in range(len(seats))]
         numbers = np.arange(old, len(self.placed))
@@ -45,8 +53,9 @@ class Clearance:
             # The inscribed spheres decide most seats.
             i, _ = self._meeting(numbers, np.flatnonzero(self.taken), self.shapes.inner)
             self.struck[i] = True
-        upper = numbers[(seats.layer > 1) & ~self.struck[numbers]]
-        self.struck[upper[self._sunk(upper)]] = True
+        if not self.ground:
+            upper = numbers[(seats.layer > 1) & ~self.struck[numbers]]
+            self.struck[upper[self._sunk(upper)]] = True
         if self.overlap < 1:
             there = np.flatnonzero(~self.struck)
             i, j = self._meeting(there[there >= old], there, self.shapes.outer)

@@ -69,7 +69,7 @@ def _from_afar(grain, shapes, placed, lines):
     turn = frames(fibonacci(_DIRECTIONS), np.zeros(_DIRECTIONS))
     outer = shapes.outer[placed.shape]
     reach = max(
-        np.linalg.norm(grain.vertices, axis=1).max(),
+        np.linalg.norm(grain.outermost, axis=1).max(),
         (np.linalg.norm(placed.centre, axis=1) + outer).max(),
     )
     # Parallel lines on a spiral that fills the disc evenly. Each direction has it turned.
@@ -79,9 +79,7 @@ def _from_afar(grain, shapes, placed, lines):
     flat = np.column_stack([away * part for part in cosine_and_sine(angle)])
     origins, directions = (turn[side, :, :2] @ flat[:, :, None])[..., 0], -turn[side, :, 2]
 
-    core = Bodies([grain])
-    enter, leave = core.crossings(origins, directions, core.at_origin(len(origins)))
-    grain_at = np.where(enter < leave, enter, np.inf)
+    grain_at = _grain_at(grain, origins, directions)
 
     # Only fines near a line, seen along its direction, can meet it: they are neighbours on a plane.
     # The planes of all directions are stacked.
@@ -99,11 +97,27 @@ def _from_afar(grain, shapes, placed, lines):
     return _earliest(len(origins), line[front], fine[front]), np.isfinite(grain_at)
 
 
+def _grain_at(grain, origins, directions):
+    """How far along each line it first meets the grain; infinite if it does not."""
+    if grain is not grain.envelope:
+        return grain.first_hits(origins, directions)
+    core = Bodies([grain])
+    enter, leave = core.crossings(origins, directions, core.at_origin(len(origins)))
+    return np.where(enter < leave, enter, np.inf)
+
+
 def _above_surface(grain, shapes, placed):
     """Of each point on the grain the earliest fine that its outward normal meets."""
     points, normals = _points(grain, _POINTS)
     outer = shapes.outer[placed.shape]
-    heights = (placed.centre @ grain.normals.T - grain.offsets).max(axis=1)
+    if grain is grain.envelope:
+        heights = (placed.centre @ grain.normals.T - grain.offsets).max(axis=1)
+        again = np.full(len(points), np.inf)
+    else:
+        heights = grain.distances(placed.centre)
+        # Over a hollow the normal may meet the grain once more: what lies behind is not above.
+        start = points + 1e-3 * outer.min() * normals
+        again = grain.first_hits(start, normals)
     point, fine = near(points, placed.centre, (heights + outer).max())
     between = placed.centre[fine] - points[point]
     along = np.einsum("ij,ij->i", between, normals[point])
@@ -111,7 +125,7 @@ def _above_surface(grain, shapes, placed):
     kept = (squared < outer[fine] ** 2) & (along > -outer[fine])
     point, fine = point[kept], fine[kept]
     enter, leave = shapes.crossings(points[point], normals[point], placed[fine])
-    above = (enter < leave) & (leave > 0)
+    above = (enter < leave) & (leave > 0) & (enter < again[point])
     return _earliest(_POINTS, point[above], fine[above])
 
 

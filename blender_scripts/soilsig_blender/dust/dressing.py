@@ -16,9 +16,9 @@ import numpy as np
 from ..common.arrays import Columns
 from ..common.errors import BedError
 from ..common.randomness import stream
-from ..model.polyhedron import Polyhedron
 from .clearance import Clearance
 from .cover import measure
+from .ground import Ground
 from .seats import Pool, frames
 
 # Where a cover is asked for, it is measured after this many fines, then after twice as many, and
@@ -38,6 +38,7 @@ class FineClass:
     material: str
     share: float
     bodies: tuple
+    meshes: tuple  # what is traced of each body: itself, or the hollow body in this envelope
 
 
 @dataclass(frozen=True)
@@ -51,15 +52,20 @@ class Dust(Columns):
     layer: np.ndarray  # (N,) 1 on the grain itself
 
 
-def seated_on_base(body: Polyhedron) -> Polyhedron:
-    """The body with its largest facet down, that facet's centroid at the origin."""
-    areas, centroids = body.facet_areas_and_centroids
+def seated_on_base(body):
+    """The convex body of a fine and its mesh, the largest facet down, its centroid at the origin.
+
+    A hollow fine sits on its envelope, and keeps others out of it.
+    """
+    around = body if body is body.envelope else body.tight_envelope
+    areas, centroids = around.facet_areas_and_centroids
     base = int(np.argmax(areas))
-    rotation = frames(-body.normals[base][None], np.zeros(1))[0].T
-    return body.moved(rotation, -rotation @ centroids[base])
+    rotation = frames(-around.normals[base][None], np.zeros(1))[0].T
+    moved = around.moved(rotation, -rotation @ centroids[base])
+    return moved, moved if around is body else body.moved(rotation, -rotation @ centroids[base])
 
 
-def dress(grain: Polyhedron, fines, wanted, settings, seed, label):
+def dress(grain, fines, wanted, settings, seed, label):
     """The dust of a grain and its cover.
 
     `wanted` is a number of fines, or `{"silhouette": share}` for the fewest that cover so much.
@@ -98,9 +104,10 @@ class _Dressing:
         self.lacking = None
         self.pools = []
         if fines:
-            self.clearance = Clearance(grain, fines, settings["overlap"])
+            ground = None if grain is grain.envelope else Ground(grain)
+            self.clearance = Clearance(grain, fines, settings["overlap"], ground)
             self.pools = [
-                Pool(grain, fines, kind, stream(seed, "dust", label, fine.name))
+                Pool(grain, fines, kind, stream(seed, "dust", label, fine.name), ground)
                 for kind, fine in enumerate(fines)
             ]
 

@@ -8,7 +8,7 @@ import numpy as np
 from ..common.randomness import stream
 from ..common.recipe import variant_count, whole_rounds
 from ..model.own_grains import load, normalised
-from ..model.polyhedron import Polyhedron, volume_and_centroid
+from ..model.polyhedron import volume_and_centroid
 from ..model.shapes import SHAPES, model
 from .cover import Cover
 from .dressing import Dust, FineClass, dress, seated_on_base
@@ -36,7 +36,7 @@ class Prototype:
 
     name: str
     grain_class: dict
-    grain: Polyhedron
+    grain: object  # a Polyhedron or a HollowBody
     dust: Dust
     fines: tuple
     core: Surface
@@ -66,9 +66,11 @@ def model_fines(packing):
             fine["diameter_um"],
             fine["material"],
             fine["share"],
-            tuple(
-                seated_on_base(_body(fine, i, packing))
-                for i in range(whole_rounds(_FINE_BODIES, fine["shape"]))
+            *zip(
+                *(
+                    seated_on_base(_body(fine, i, packing))
+                    for i in range(whole_rounds(_FINE_BODIES, fine["shape"]))
+                )
             ),
         )
         for fine in packing["fines"]
@@ -140,7 +142,7 @@ def coats_of(fines, dust):
             fine = fines[dust.kind[i]]
             if fine.material != material:
                 continue
-            body = fine.bodies[dust.body[i]]
+            body = fine.meshes[dust.body[i]]
             vertices.append(body.vertices @ dust.rotation[i].T + dust.position[i])
             triangles.append(body.triangles + count)
             count += len(body.vertices)

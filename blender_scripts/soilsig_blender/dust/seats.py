@@ -46,7 +46,8 @@ def frames(normals, spins):
 class Pool:
     """Seats for one class of fines, the lowest layer first, in random order within it."""
 
-    def __init__(self, grain, fines, kind, rng):
+    def __init__(self, grain, fines, kind, rng, ground=None):
+        self.ground = ground
         self.fine, self.kind, self.rng = fines[kind], kind, rng
         base_area = max(b.facet_areas_and_centroids[0].max() for b in self.fine.bodies)
         self.outer = _OuterFacets(fines, _SUPPORT * base_area)
@@ -56,7 +57,12 @@ class Pool:
 
     def _fill_from_grain(self):
         side = _CELL * self.fine.diameter_um / 2**self.lattices
-        points, normals = _cells(self.grain, side, self.least_area, self.rng)
+        if self.ground:
+            points, normals = self.ground.cells(
+                side, self.fine.diameter_um, self.least_area, self.rng
+            )
+        else:
+            points, normals = _cells(self.grain, side, self.least_area, self.rng)
         self._fill(points, normals, np.ones(len(points), int))
         self.lattices += 1
 

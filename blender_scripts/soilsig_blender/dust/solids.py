@@ -4,6 +4,7 @@ import numpy as np
 
 from ..common.arrays import padded
 from ..common.neighbours import near
+from .hollow_core import HollowCore
 
 
 def distances(points, centre):
@@ -60,8 +61,9 @@ class Solids:
 class DustySolids:
     """The solids of one dusty grain: the grain itself and its fines with their outer spheres."""
 
-    def __init__(self, core, fines, centre, outer, radius):
-        self.core = core
+    def __init__(self, core, fines, centre, outer, radius, hollow=None):
+        self.core = core  # of a hollow grain its envelope
+        self.hollow = hollow  # a HollowCore, or None if the grain is convex
         self.fines = fines
         self.centre = centre  # (N, 3)
         self.outer = outer  # (N,)
@@ -75,24 +77,34 @@ class DustySolids:
         which = first[dust.kind] + dust.body
         centres = np.array([body.volume_and_centroid[1] for body in bodies]).reshape(-1, 3)
         radii = np.array([distances(b.vertices, c).max() for b, c in zip(bodies, centres)])
+        grain = prototype.grain
         return cls(
-            Solids.of([prototype.grain]),
+            Solids.of([grain.envelope]),
             Solids.of(bodies).take(which).moved(dust.rotation, dust.position),
             (dust.rotation @ centres[which][..., None])[..., 0] + dust.position,
             radii[which],
             distances(prototype.outline, np.zeros(3)).max(),
+            None if grain is grain.envelope else HollowCore(grain),
         )
 
     def facing(self, point, distance):
         """The grain with those of its fines that come within the distance of a point."""
         near = np.flatnonzero(distances(self.centre, point) < self.outer + distance)
         return DustySolids(
-            self.core, self.fines.take(near), self.centre[near], self.outer[near], self.radius
+            self.core,
+            self.fines.take(near),
+            self.centre[near],
+            self.outer[near],
+            self.radius,
+            self.hollow,
         )
 
     def contain(self, points):
         """Whether each point is inside the grain or one of its fines."""
         inside = (points @ self.core.normals[0].T <= self.core.offsets[0]).all(axis=1)
+        if self.hollow:
+            at = np.flatnonzero(inside)
+            inside[at] = self.hollow.contains(points[at])
         outside = np.flatnonzero(~inside)
         point, fine = near(points[outside], self.centre, self.outer.max(initial=0))
         away = points[outside[point]] - self.centre[fine]
@@ -110,4 +122,5 @@ class DustySolids:
             self.centre @ turn.T + shift,
             self.outer,
             self.radius,
+            self.hollow and self.hollow.moved(turn, shift),
         )

@@ -58,6 +58,7 @@ def _prototype(prototype):
         },
         "layers": np.bincount(prototype.dust.layer)[1:].tolist(),
         "facets": len(prototype.grain.facets),
+        "convexity": round(prototype.grain.convexity, 6),
         "edge_radius_um": shape.edge_radius * grain_class["diameter_um"] if shape else None,
         **{name: {"asked": asked[name], "reached": value} for name, value in reached.items()},
     }

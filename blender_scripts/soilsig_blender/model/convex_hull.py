@@ -57,7 +57,10 @@ def _needless(points, loops, flat):
 
 def depth_below(body, points):
     """How far each point lies below the surface of a convex body (negative outside)."""
-    return (body.offsets - points @ body.normals.T).min(axis=1)
+    least = np.full(len(points), np.inf)
+    for normal, offset in zip(body.normals, body.offsets):
+        np.minimum(least, offset - points @ normal, out=least)
+    return least
 
 
 def _triangles(points, size):

@@ -64,18 +64,32 @@ def sphericity(body):
 
 def roundness(body):
     """Wadell's roundness, the mean of the silhouettes along the body's L, I and S."""
-    axes = feret_axes(body.vertices)[1]
-    views = [np.delete(axes, i, axis=0) for i in range(3)]
-    return float(np.mean([roundness_of(outline(body.vertices @ view.T)) for view in views]))
+    if body is body.envelope:
+        return float(
+            np.mean([roundness_of(outline(body.vertices @ view.T)) for view in views(body)])
+        )
+    from .hollow_outline import Outline
+
+    outlines = [Outline(body, view) for view in views(body)]
+    return float(np.mean([roundness_of(o.corners, o.inscribed_radius) for o in outlines]))
+
+
+def views(body):
+    """The two directions across each of the body's L, I and S, as rows."""
+    axes = feret_axes(body.outermost)[1]
+    return [np.roll(axes, -i - 1, axis=0)[:2] for i in range(3)]
 
 
 def roundness_class(value):
     return next(name for limit, name in POWERS if value >= limit)
 
 
-def roundness_of(corners):
-    """Wadell's roundness of a convex polygon, given counter-clockwise, at `RESOLUTION`."""
-    radius = inscribed_radius(corners)
+def roundness_of(corners, radius=None):
+    """Wadell's roundness of a polygon, given counter-clockwise, at `RESOLUTION`.
+
+    `radius` is that of its inscribed circle; without it the polygon has to be convex.
+    """
+    radius = radius or inscribed_radius(corners)
     curvature = _curvature(corners)
     sharp = curvature > 1 / radius
     if sharp.all() or not sharp.any():

@@ -1,4 +1,4 @@
-"""Is any mesh a grain: closed, turned outward, in one piece, free of self-intersection, convex?
+"""Is any mesh a grain: closed, turned outward, in one piece, free of self-intersection?
 
 Each fault names the faces where it is, so that they can be selected in the window.
 """
@@ -8,14 +8,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from .convex_hull import depth_below, hull_of
+from .blender_meshes import box_tree
+from .convex_hull import depth_below
 from .polyhedron import volume_and_centroid
 
-# A face deeper below the hull than this share of the extent is a hollow. Less is levelled when the
-# grain is saved.
+# A face deeper below the hull than this share of the extent is a hollow. Less is levelled.
 HOLLOW = 2e-3
-# Boxes around triangles that are compared at a time with all others, to bound the memory.
-_ROWS = 512
 
 
 @dataclass(frozen=True)
@@ -54,8 +52,7 @@ def faults(mesh: TriangleMesh):
     if not found:
         # Only a closed surface has an outside.
         found += [_pieces(mesh), _inside_out(mesh), _through_itself(mesh)]
-        found = [fault for fault in found if fault]
-    return found or [fault for fault in [_hollow(mesh)] if fault]
+    return [fault for fault in found if fault]
 
 
 def _at(mesh, triangles, words):
@@ -109,6 +106,7 @@ def _pieces(mesh):
         least = part[mesh.triangles].min(axis=1)
         new = part.copy()
         np.minimum.at(new, mesh.triangles.ravel(), np.repeat(least, 3))
+        new = new[new]
         if (new == part).all():
             break
         part = new
@@ -129,15 +127,17 @@ def _inside_out(mesh):
 
 
 def _through_itself(mesh):
-    one, two = _boxes_meet(mesh.vertices[mesh.triangles])
+    """Triangles that cross others, and neighbours that lie folded on one another."""
+    tree = box_tree(mesh.vertices, mesh.triangles)
+    one, two = np.array(tree.overlap(tree), int).reshape(-1, 2).T
+    one, two = one[one < two], two[one < two]
     first, second = mesh.triangles[one], mesh.triangles[two]
-    shared = (first[:, :, None] == second[:, None, :]).any(axis=2).sum(axis=1)
     hit = np.zeros(len(mesh.triangles), bool)
     for a, b in ((first, second), (second, first)):
         for i in range(3):
             tail, head = a[:, i], a[:, (i + 1) % 3]
             # An edge that ends at a corner of the other triangle may meet it there.
-            apart = (shared < 2) & ~((b == tail[:, None]) | (b == head[:, None])).any(axis=1)
+            apart = ~((b == tail[:, None]) | (b == head[:, None])).any(axis=1)
             at = np.flatnonzero(apart)
             at = at[_pierces(mesh.vertices, tail[at], head[at], b[at])]
             hit[one[at]] = hit[two[at]] = True
@@ -145,21 +145,18 @@ def _through_itself(mesh):
         *(mesh.vertices[mesh.triangles[:, i]] - mesh.vertices[mesh.triangles[:, 0]] for i in (1, 2))
     )
     normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
-    folded = (shared == 2) & (np.einsum("ij,ij->i", normals[one], normals[two]) < -1 + 1e-9)
+    one, two = _neighbours(mesh)
+    folded = np.einsum("ij,ij->i", normals[one], normals[two]) < -1 + 1e-9
     hit[one[folded]] = hit[two[folded]] = True
     return _at(mesh, hit, "it passes through itself: {}")
 
 
-def _boxes_meet(corners):
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    pairs = []
-    for start in range(0, len(corners), _ROWS):
-        rows = slice(start, start + _ROWS)
-        meet = (low[rows, None] <= high).all(axis=2) & (high[rows, None] >= low).all(axis=2)
-        i, j = np.nonzero(meet)
-        pairs.append(np.stack([i + start, j]))
-    one, two = np.hstack(pairs)
-    return one[one < two], two[one < two]
+def _neighbours(mesh):
+    """The two triangles at each edge of a closed surface."""
+    sides = np.stack([mesh.triangles, np.roll(mesh.triangles, -1, axis=1)], axis=2).reshape(-1, 2)
+    sides.sort(axis=1)
+    order = np.lexsort(sides.T)
+    return order[::2] // 3, order[1::2] // 3
 
 
 def _pierces(vertices, tail, head, triangle):
@@ -180,18 +177,7 @@ def _pierces(vertices, tail, head, triangle):
     return steep & (np.minimum.reduce([x, y, 1 - x - y, t, 1 - t]) > 1e-9)
 
 
-def _hollow(mesh):
-    """Faces whose middle lies below the hull of the whole."""
-    try:
-        hull = hull_of(mesh.vertices[np.unique(mesh.triangles)])
-    except ValueError as error:
-        return Fault(str(error), tuple(np.unique(mesh.face).tolist()))
+def is_hollow(mesh, hull):
+    """Whether a triangle's middle lies below the hull of the whole by more than a hair."""
     depth = depth_below(hull, mesh.vertices[mesh.triangles].mean(axis=1))
-    limit = HOLLOW * np.ptp(mesh.vertices, axis=0).max()
-    share = volume_and_centroid(mesh.vertices, mesh.triangles)[0] / hull.volume_and_centroid[0]
-    return _at(
-        mesh,
-        depth > limit,
-        f"it is not convex: it fills {share:.3f} of its hull, {{}} lie up to {depth.max():.3g} um "
-        "below it",
-    )
+    return bool(depth.max() > HOLLOW * np.ptp(mesh.vertices, axis=0).max())

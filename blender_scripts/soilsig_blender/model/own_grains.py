@@ -10,23 +10,35 @@ from ..common.errors import BedError
 from .body_check import check
 from .convex_hull import FLATNESS, hull_of
 from .descriptors import feret_axes, roundness_class
-from .mesh_faults import TriangleMesh, faults
-from .polyhedron import Polyhedron
+from .hollow_body import HollowBody
+from .mesh_faults import TriangleMesh, faults, is_hollow
 from .shapes import SHAPES, equivalent_diameter, measure
 
 VERSION = 1
 # Files and objects in a .obj are called by these names.
+# Corners of a body that is kept as planes.
+_MANY = 500
 NAME = re.compile(r"[A-Za-z0-9_-]{1,40}")
 
 
-def body_of(mesh: TriangleMesh) -> Polyhedron:
-    """A sound mesh as the convex body that it is."""
-    body = hull_of(mesh.vertices[np.unique(mesh.triangles)])
-    check(body, "the hull of a grain", 2 * FLATNESS)
-    return body
+def body_of(mesh: TriangleMesh):
+    """A sound mesh as the body that it is: a `Polyhedron` if it is convex, else a `HollowBody`.
+
+    Of many corners it is a `HollowBody` in any case: planes would be slower than a tree.
+    """
+    corners = mesh.vertices[np.unique(mesh.triangles)]
+    if len(corners) <= _MANY:
+        try:
+            hull = hull_of(corners)
+        except ValueError as error:
+            raise BedError("scene", f"the mesh is no body: {error}", "give it a volume") from error
+        if not is_hollow(mesh, hull):
+            check(hull, "the hull of a grain", 2 * FLATNESS)
+            return hull
+    return HollowBody.of(mesh.vertices, mesh.triangles)
 
 
-def normalised(body: Polyhedron, diameter) -> Polyhedron:
+def normalised(body, diameter):
     """About its centroid, its volume that of a sphere of `diameter`."""
     volume, centre = body.volume_and_centroid
     return body.moved(np.eye(3), -centre).scaled(diameter / equivalent_diameter(volume))
@@ -37,9 +49,9 @@ def describe(body):
     reached = measure(body)
     return {
         "diameter_um": round(equivalent_diameter(body.volume_and_centroid[0]), 4),
-        "descriptors": reached,
+        "descriptors": reached | {"convexity": round(body.convexity, 6)},
         "roundness_class": roundness_class(reached["roundness"]),
-        "feret_um": [round(x, 4) for x in feret_axes(body.vertices)[0].tolist()],
+        "feret_um": [round(x, 4) for x in feret_axes(body.outermost)[0].tolist()],
     }
 
 
@@ -63,7 +75,7 @@ def entries(folder):
     return found
 
 
-def load(folder, name) -> Polyhedron:
+def load(folder, name):
     """A grain's body, or an error that names it."""
     path = os.path.join(folder, f"{name}.obj")
     try:

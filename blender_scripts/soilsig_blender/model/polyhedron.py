@@ -22,6 +22,21 @@ class Polyhedron:
     facets: tuple  # F index loops, counter-clockwise seen from outside
     edges: np.ndarray  # (E, 3): the two facets that meet and one vertex of the edge
 
+    @property
+    def convexity(self):
+        """Its volume over that of its hull."""
+        return 1.0
+
+    @property
+    def outermost(self):
+        """The corners of the hull."""
+        return self.vertices
+
+    @property
+    def envelope(self):
+        """A convex body that holds the whole body."""
+        return self
+
     @cached_property
     def triangles(self):
         """Every facet as a fan: (T, 3) vertex indices."""

@@ -105,7 +105,7 @@ def model(shape, diameter, rng) -> Polyhedron:
 
 def measure(body):
     """The descriptors of a body, by the names of what is asked, to six decimals."""
-    elongation, flatness = elongation_and_flatness(body.vertices)
+    elongation, flatness = elongation_and_flatness(body.outermost)
     return {
         "elongation": round(elongation, 6),
         "flatness": round(flatness, 6),

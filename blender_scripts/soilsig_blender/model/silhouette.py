@@ -58,7 +58,7 @@ def trace(grey, threshold=None, leave_out_below=0) -> Silhouette:
     mask[leave_out_below:] = _without_holes(patch)
     edge = mask[leave_out_below]
     cut_off = bool(edge.any() or mask[-1].any() or mask[:, 0].any() or mask[:, -1].any())
-    corners = _outline(mask)
+    corners = edge_of(mask)
     return Silhouette(mask, corners, _coarse(convex_outline(corners)), float(level), cut_off)
 
 
@@ -153,7 +153,7 @@ def _patches(bright):
     return label
 
 
-def _outline(mask):
+def edge_of(mask):
     """The outer edge of a patch, from corner to corner of its pixels, counter-clockwise."""
     padded = np.pad(mask, 1)
     here = padded[1:-1, 1:-1]

@@ -1,0 +1,62 @@
+"""A hollow grain in its place, and how near other solids come to its true surface."""
+
+import numpy as np
+
+from ..common.neighbours import near
+
+# Edges are looked at in points that are no further apart than this share of the extent.
+_SPACING = 0.01
+
+
+class HollowCore:
+    """The body in its own frame, with the pose that it has been given."""
+
+    def __init__(self, body, turn=None, shift=None, points=None):
+        self.body = body
+        self.turn = np.eye(3) if turn is None else turn
+        self.shift = np.zeros(3) if shift is None else shift
+        if points is None:
+            points = body.points_on_edges(_SPACING * np.ptp(body.vertices, axis=0).max())
+        self._points = points
+
+    def moved(self, turn, shift):
+        return HollowCore(self.body, turn @ self.turn, turn @ self.shift + shift, self._points)
+
+    @property
+    def points(self):
+        """Points on the corners and the edges, in place."""
+        return self._points @ self.turn.T + self.shift
+
+    def contains(self, points):
+        return self.body.contains((points - self.shift) @ self.turn)
+
+    def gap_to_points(self, points, reach):
+        """The least distance of points to the surface, negative inside; infinite beyond `reach`."""
+        points = (points - self.shift) @ self.turn
+        around = self.body.envelope
+        beyond = (points @ around.normals.T - around.offsets).max(axis=1, initial=-np.inf)
+        points = points[beyond < reach]
+        away = self.body.distances(points)
+        inside = self.body.contains(points)
+        return float(np.where(inside, -away, away).min(initial=np.inf))
+
+    def gap_to_convex(self, solids, centre, outer, reach):
+        """The least gap to some convex solids, each in a sphere about its centre."""
+        if not len(centre):
+            return np.inf
+        around = self.body.envelope
+        middle = (centre - self.shift) @ self.turn
+        beyond = (middle @ around.normals.T - around.offsets).max(axis=1) - outer
+        close = np.flatnonzero(beyond < reach)
+        if not len(close):
+            return np.inf
+        corners = solids.corners[close]
+        gap = self.gap_to_points(np.unique(corners.reshape(-1, 3), axis=0), reach)
+        points = self.points
+        at, solid = near(points, centre[close], outer.max() + reach)
+        away = points[at] - centre[close][solid]
+        kept = np.einsum("ij,ij->i", away, away) < (outer[close][solid] + reach) ** 2
+        at, solid = at[kept], solid[kept]
+        heights = np.einsum("nfi,ni->nf", solids.normals[close][solid], points[at])
+        heights -= solids.offsets[close][solid]
+        return min(gap, float(heights.max(axis=1).min(initial=np.inf)))
