@@ -13,7 +13,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use num_complex::Complex64;
 
-use super::Tracer;
+use super::{OnMesh, Tracer};
 use super::field::{Meets, Ray};
 use super::rules::TracingRules;
 use super::scatter::Scatter;
@@ -239,26 +239,10 @@ impl Tracer {
         };
         let kind = match self.field.follow(ray, closest) {
             Meets::Mesh(hit) => {
-                let place = &self.bed.placements[hit.placement];
-                let mesh = &self.bed.meshes[place.mesh];
-                let [a, b, c] = hit.corners.map(Vec3::as_dvec3);
-                let [v, w] = hit.weights;
-                let point = place.to_scene.transform_point3(a + v * (b - a) + w * (c - a));
-                let matrix = place.to_scene.matrix3;
-                let (ab, ac) = (matrix * (b - a), matrix * (c - a));
-                let cross = ab.cross(ac);
-                let outward = cross.normalize() * place.handedness();
-                let behind = outward.dot(ray.direction) > 0.0;
-                let normal = if behind { -outward } else { outward };
-                let narrow = ab.length() * ac.length() / cross.length();
-                let lift = self.lift_um[hit.placement] * narrow * normal;
-                Meeting::Facet {
-                    mesh: Some(place.mesh),
-                    material: mesh.materials[hit.triangle],
-                    normal,
-                    points: [point + lift, point - lift],
-                    within: behind && mesh.closed,
-                }
+                let OnMesh { mesh, material, point, lift, normal, within } =
+                    self.on_mesh(&hit, ray.direction);
+                let points = [point + lift, point - lift];
+                Meeting::Facet { mesh: Some(mesh), material, normal, points, within }
             }
             Meets::Plane { material, point, normal } => {
                 Meeting::Facet { mesh: None, material, normal, points: [point; 2], within: false }

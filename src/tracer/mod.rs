@@ -95,6 +95,19 @@ enum Event {
     Lost,
 }
 
+/// Where a ray hits a mesh.
+struct OnMesh {
+    mesh: usize,
+    material: u16,
+    point: DVec3,
+    /// From the point off the surface, to the ray's side.
+    lift: DVec3,
+    /// On the ray's side.
+    normal: DVec3,
+    /// Whether the ray comes from within a solid.
+    within: bool,
+}
+
 impl Tracer {
     /// Builds the acceleration structure.
     pub fn new(bed: Bed) -> Self {
@@ -348,8 +361,8 @@ impl Tracer {
         }
     }
 
-    /// A hit on a mesh: the point, lifted off the surface, and the normal on the ray's side.
-    fn at_mesh(&self, hit: &Hit, direction: DVec3) -> Event {
+    /// What a ray meets where it hits a mesh.
+    fn on_mesh(&self, hit: &Hit, direction: DVec3) -> OnMesh {
         let place = &self.bed.placements[hit.placement];
         let mesh = &self.bed.meshes[place.mesh];
         let [a, b, c] = hit.corners.map(Vec3::as_dvec3);
@@ -360,18 +373,26 @@ impl Tracer {
         let cross = ab.cross(ac);
         let outward = cross.normalize() * place.handedness();
         let behind = outward.dot(direction) > 0.0;
-        if behind && mesh.closed {
-            return Event::Inside { mesh: place.mesh };
-        }
         let normal = if behind { -outward } else { outward };
         // The narrower a triangle, the less certain is which way it faces.
         let narrow = ab.length() * ac.length() / cross.length();
-        Event::Hit {
-            mesh: Some(place.mesh),
+        OnMesh {
+            mesh: place.mesh,
             material: mesh.materials[hit.triangle],
-            point: point + self.lift_um[hit.placement] * narrow * normal,
+            point,
+            lift: self.lift_um[hit.placement] * narrow * normal,
             normal,
+            within: behind && mesh.closed,
         }
+    }
+
+    /// A hit on a mesh from outside, its point lifted off the surface.
+    fn at_mesh(&self, hit: &Hit, direction: DVec3) -> Event {
+        let OnMesh { mesh, material, point, lift, normal, within } = self.on_mesh(hit, direction);
+        if within {
+            return Event::Inside { mesh };
+        }
+        Event::Hit { mesh: Some(mesh), material, point: point + lift, normal }
     }
 
     /// What the sensor sees at a place in its view, 0 to 1 from the left and from below; of a field
