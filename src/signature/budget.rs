@@ -32,7 +32,8 @@ pub struct Share {
     /// Differences between packings of the recipe: by their spread or, for fewer than five, by that
     /// between the cells of their views, whichever is more. `None` where the geometry is given.
     pub packings: Option<f64>,
-    /// Difference between the inner cells and all: the part beyond the 95 % interval of chance.
+    /// Difference between the inner cells and all: the part beyond one standard error, of five beds
+    /// or more beyond the 95 % interval.
     pub rim: Option<f64>,
     /// Change by a black or a white floor.
     pub floor: f64,

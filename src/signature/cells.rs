@@ -18,7 +18,8 @@ pub(super) struct OfCells {
     beds: usize,
     /// Standard deviation of a bed's mean, from the spread between its cells.
     pub(super) spread: f64,
-    /// How much the inner cells differ from all: the part beyond the 95 % interval of chance.
+    /// How much the inner cells differ from all: the part beyond one standard error, of many beds
+    /// beyond the 95 % interval.
     pub(super) rim: f64,
 }
 
@@ -39,12 +40,14 @@ impl OfCells {
         // A quarter of the cells are inner: a difference has (1/4 + 1/12) (3/4)^2 of their
         // variance.
         let standard_error = 0.75 * (variance / 3.0).sqrt();
+        // Of many beds the rest is what their own interval holds.
+        let chance = if beds.len() < MANY { 1.0 } else { quantile(beds.len()) };
         let of_bed = |&mean: &f64| Mean { mean, standard_error, trapped: 0.0 };
         let rim = Estimate::of(&differences.iter().map(of_bed).collect::<Vec<_>>());
         Self {
             beds: beds.len(),
             spread: (variance / (SIDE * SIDE) as f64).sqrt(),
-            rim: (rim.mean.abs() - quantile(beds.len()) * rim.standard_error).max(0.0),
+            rim: (rim.mean.abs() - chance * rim.standard_error).max(0.0),
         }
     }
 
@@ -97,13 +100,17 @@ mod tests {
         // Student's t: 15 degrees of freedom, of three beds 45.
         close(one.half_width().expect("one bed"), 2.131_45 * (0.0125_f64 / 16.0).sqrt());
         let by_chance = 0.75 * (0.0125_f64 / 3.0).sqrt();
-        close(one.rim, 0.1875 - 2.131_45 * by_chance);
+        close(one.rim, 0.1875 - by_chance);
 
         let three = OfCells::new(&[bed; 3]);
         close(three.spread, one.spread);
         close(three.half_width().expect("few beds"), 2.014_103 * (0.0125_f64 / 48.0).sqrt());
-        close(three.rim, 0.1875 - 2.014_103 * by_chance / 3.0_f64.sqrt());
-        assert_eq!(OfCells::new(&[bed; MANY]).half_width(), None);
+        close(three.rim, 0.1875 - by_chance / 3.0_f64.sqrt());
+
+        // Of many beds the rim is what their interval leaves, 75 degrees of freedom.
+        let many = OfCells::new(&[bed; 5]);
+        assert_eq!(many.half_width(), None);
+        close(many.rim, 0.1875 - 1.992_102 * by_chance / 5.0_f64.sqrt());
     }
 
     /// The inner cells of a chequerboard have the mean of all.

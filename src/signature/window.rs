@@ -41,7 +41,8 @@ pub struct Window {
     pub packings: Option<f64>,
     /// Standard deviation between packings, without the noise of the rays.
     pub packings_spread: Option<f64>,
-    /// Difference between the inner cells and all: the part beyond the 95 % interval of chance.
+    /// Difference between the inner cells and all: the part beyond one standard error, of five beds
+    /// or more beyond the 95 % interval.
     pub rim: Option<f64>,
     /// Change by a black or a white floor.
     pub floor: f64,
@@ -258,7 +259,7 @@ mod tests {
         let cells: Cells = std::array::from_fn(|i| if inner(i) { 0.5 } else { 0.25 });
         let window = over(&[vec![0.6875; 3]], Some(&[vec![cells; 3]]), 0.01);
         let spread = (0.0125_f64 / 16.0).sqrt();
-        let rim = 0.1875 - 2.131_45 * 0.75 * (0.0125_f64 / 3.0).sqrt();
+        let rim = 0.1875 - 0.75 * (0.0125_f64 / 3.0).sqrt();
         close(window.rim.expect("cells"), rim);
         close(window.half_width_95, 2.131_45 * spread + rim + 0.0024);
         let alone = window.packings_spread.expect("cells");
