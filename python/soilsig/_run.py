@@ -11,7 +11,10 @@ from typing import Any, NamedTuple
 from . import _soilsig
 
 try:
-    from tqdm.auto import tqdm
+    # Without widgets the bars are text: that is not worth a warning.
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        from tqdm.auto import tqdm
 except ImportError:
     tqdm = None
 

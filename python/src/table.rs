@@ -7,7 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use soilsig::radiometry::{Assumed, Atmosphere, SkyTable, Temperature};
-use soilsig::report::Report;
+use soilsig::signature::budget::Budget;
 use soilsig::signature::in_bands::{self, Seen};
 use soilsig::signature::{self, netcdf};
 
@@ -137,10 +137,13 @@ impl Table {
         py: Python<'py>,
         wavelengths_um: Vec<f64>,
     ) -> PyResult<Bound<'py, PyBytes>> {
-        let of_each = py.detach(|| signature::curves(&self.0, &wavelengths_um)).map_err(raised)?;
-        let n = of_each.len() as f64;
-        let mean = |band: usize| of_each.iter().map(|curve| curve[band]).sum::<f64>() / n;
-        Ok(bytes(py, (0..wavelengths_um.len()).map(mean)))
+        let of = || match &self.0[..] {
+            // Quicker, since no radiance is asked for.
+            [_] => signature::curves(&self.0, &wavelengths_um).map(|mut curves| curves.remove(0)),
+            several => signature::evaluate(several, &wavelengths_um)
+                .map(|bands| bands.iter().map(|band| band.emissivity.mean).collect()),
+        };
+        Ok(bytes(py, py.detach(of).map_err(raised)?))
     }
 
     /// The derivative of the bed's emissivity by that of the facets, by material and band.
@@ -166,9 +169,8 @@ impl Table {
         let temperature = Temperature { error_k: temperature_error_k, ..table.temperature() };
         let assumed = Assumed { downwelling_error: sky_error, ..Assumed::EXACT };
         let variables = py.detach(|| {
-            let tolerance = table.stop.asked.tolerance;
-            let report = Report::new(&self.0, &wavelengths_um, tolerance, None)?;
-            let Report { bands, budget, .. } = report;
+            let bands = signature::evaluate(&self.0, &wavelengths_um)?;
+            let budget = Budget::new(&self.0, &bands)?;
             Ok(netcdf::variables(&bands, &budget, temperature, assumed))
         });
         let variables = variables.map_err(|error: soilsig::Error| raised(error))?;

@@ -116,7 +116,7 @@ fn a_tape7_by_wavenumber_is_a_sky_and_an_atmosphere_by_wavelength() {
         let wanted: Vec<f64> = grey.iter().map(|l| part * l).collect();
         close(&sky, &wanted, BETWEEN);
         // What reaches the sensor: 0.8 of what leaves the target, and the path.
-        let options = ["--sky", "0.01", "--atmosphere", "tape7"];
+        let options = ["--sky", "1", "--atmosphere", "tape7"];
         let l_target = column(&place, &options, "l_target_w_m2_sr_um");
         let l_sensor = column(&place, &options, "l_sensor_w_m2_sr_um");
         let path: Vec<f64> = l_sensor.iter().zip(&l_target).map(|(l, own)| l - 0.8 * own).collect();
