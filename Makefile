@@ -108,7 +108,7 @@ stress: setup ## drive the method until it fails; write the figure and tables of
 	cargo build --release
 	python3 scripts/stability.py target/release/soilsig
 
-# SECURITY.md, docs/reference/promises.md
+# docs/measurements/robustness.md
 torture: setup ## kill runs, let writes fail, fill disks; look for what is half done or left over
 	cargo build --release
 	python3 scripts/torture.py target/release/soilsig --kills 500 --errors 200 \
@@ -118,7 +118,7 @@ torture: setup ## kill runs, let writes fail, fill disks; look for what is half 
 BYTES = 1000000000
 PARSERS =
 
-# docs/measurements/fuzzing.md
+# docs/measurements/robustness.md
 fuzz: ## give every reader of files changed inputs (takes hours)
 	scripts/fuzz.sh $(BYTES) $(PARSERS)
 
