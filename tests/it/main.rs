@@ -20,6 +20,7 @@ mod field;
 mod gltf_files;
 mod grains;
 mod guide;
+mod hollow;
 mod image;
 mod independent_tracer;
 mod ingest;
