@@ -13,8 +13,8 @@ import sys
 import bpy  # noqa: F401 gives mathutils
 import numpy as np
 
-ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
-sys.path[:0] = [os.path.join(ROOT, part) for part in ("blender_scripts", "tests/python")]
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../blender_scripts"))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../tests/python"))
 
 from scan import sphere
 from soilsig_blender.common.randomness import stream

@@ -72,8 +72,7 @@ fn the_check_names_what_is_wrong_with_a_grain_and_where() {
     });
     let crossing = sound.replace("v 300 0 0", "v -150 180 90");
     let hollow = sound.replace("v 300 0 0", "v -100 0 0");
-    let of_hollow =
-        json!({"soilsig_grain": 1, "size_class": "grain_500", "diameter_um": 244.2186});
+    let of_hollow = json!({"soilsig_grain": 1, "size_class": "grain_500", "diameter_um": 244.2186});
     let millimetres = sound.replace("00 ", ".0 ").replace("60 ", ".6 ");
     let wrong_class = about("grain_700");
     let wrong_version = json!({"soilsig_grain": 2, "size_class": "grain_500", "diameter_um": 1});

@@ -22,6 +22,7 @@ mod fuzz;
 mod gltf_files;
 mod grains;
 mod guide;
+mod hollow;
 mod image;
 mod independent_tracer;
 mod ingest;
