@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Report;
 use crate::draw::plot::{Chart, Curve};
-use crate::signature::not_valid_um;
+use crate::signature::{Levels, not_valid_um};
 use crate::table::{Table, TableMaterial};
 
 /// The chart of one scene's signature or of several.
@@ -22,7 +22,7 @@ pub fn chart(
     let paths = signatures.iter().map(|(tables, _)| tables.iter().map(|t| t.paths).sum::<u64>());
     let (least, most) = (paths.clone().min().unwrap_or(0), paths.max().unwrap_or(0));
     let paths = if least == most { format!("{least}") } else { format!("{least}-{most}") };
-    let beds = match packings.len() {
+    let beds = match Levels::of(packings).drops() {
         1 => "one bed".into(),
         n => format!("{n} beds"),
     };

@@ -134,11 +134,14 @@ impl Report {
 
 /// The spread of the features of each packing alone; `None` for a single packing.
 fn feature_errors(packings: &[Table], um: &[f64]) -> Result<Option<FeatureErrors>, Error> {
-    if packings.len() < 2 {
+    let levels = Levels::of(packings);
+    if levels.drops() < 2 {
         return Ok(None);
     }
+    // How drops differ; what touching fines change differs far less.
+    let beds: Vec<Table> = levels.first(packings).cloned().collect();
     let of_each: Vec<Features> =
-        curves(packings, um)?.iter().map(|curve| features(um, curve)).collect();
+        curves(&beds, um)?.iter().map(|curve| features(um, curve)).collect();
     let error = |of: &dyn Fn(&Features) -> Option<f64>| {
         half_width(&of_each.iter().map(of).collect::<Option<Vec<f64>>>()?)
     };

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::histogram::Shares;
+use crate::signature::Levels;
 use crate::support::error::Error;
 use crate::table::{ChangeError, Table};
 
@@ -23,7 +24,7 @@ pub fn jacobian(packings: &[Table], wavelengths_um: &[f64]) -> Result<Vec<Vec<f6
     }
     let histograms: Vec<_> = packings.iter().map(|table| &table.histogram).collect();
     let shares = Shares::of(&histograms);
-    let mixture = shares.mixture(&vec![1.0 / packings.len() as f64; packings.len()]);
+    let mixture = shares.mixture(&Levels::of(packings).weights());
     let cosines = usize::from(table.histogram.kept.cosines);
     let symbols = table.materials.len() * cosines;
     let of_material = |material: usize| -> Vec<f64> {

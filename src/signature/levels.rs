@@ -79,7 +79,7 @@ impl Levels {
     }
 
     /// The tables of the first level.
-    pub(super) fn first<'a>(&'a self, tables: &'a [Table]) -> impl Iterator<Item = &'a Table> {
+    pub(crate) fn first<'a>(&'a self, tables: &'a [Table]) -> impl Iterator<Item = &'a Table> {
         self.first.iter().map(|&i| &tables[i])
     }
 

@@ -13,10 +13,10 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use num_complex::Complex64;
 
-use super::{OnMesh, Tracer};
 use super::field::{Meets, Ray};
 use super::rules::TracingRules;
 use super::scatter::Scatter;
+use super::{OnMesh, Tracer};
 use crate::geometry::Bed;
 use crate::histogram::tally::{Light, Tally};
 use crate::scene::Sides;
