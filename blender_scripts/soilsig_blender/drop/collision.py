@@ -14,7 +14,7 @@ from .rigid_bodies import World, mesh_of
 _FINE_MARGIN = 0.125
 # How far points of a hull around fines may reach beyond the hull that collides, as a share of the
 # mean diameter. The time of the fall grows with the number of points.
-_HULL_SHARE = 0.0075
+_HULL_SHARE = 0.006
 # The rounds of the contact phase. First: how far an unsupported grain sinks in a frame. Second: how
 # near to another grain or to the tray a fine must be to become a part of its grain's body. Both are
 # shares of the mean diameter. Third: for how many frames the grains have to rest. Each fine costs
