@@ -39,6 +39,7 @@ def test_a_notebook_runs_and_keeps_its_figures(path, tmp_path, monkeypatch):
         for cell in done.cells:
             cell.metadata.pop("execution", None)
         nbformat.write(done, path)
+        kept = done
     assert sum(figures(done)) > 0
     assert figures(done) == figures(kept), "run this test with SOILSIG_WRITE_NOTEBOOKS=1"
 
