@@ -13,6 +13,8 @@ program=fuzz/target/$host/release/soilsig-fuzz
 coverage="-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4
     -Cllvm-args=-sanitizer-coverage-inline-8bit-counters
     -Cllvm-args=-sanitizer-coverage-pc-table -Cllvm-args=-sanitizer-coverage-trace-compares"
+# The same versions as in the program.
+cp Cargo.lock fuzz/Cargo.lock
 # With --target the flags do not reach build scripts.
 RUSTFLAGS="$coverage --cfg fuzzing" \
     cargo build --quiet --release --manifest-path fuzz/Cargo.toml --target "$host"
