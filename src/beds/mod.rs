@@ -216,7 +216,10 @@ impl Order<'_> {
                 cache.stage(STAGE, &self.made_from(bed), |folder| {
                     for file in output::list(&made)? {
                         let (from, to) = (made.join(&file), folder.join(&file));
-                        fs::hard_link(&from, to).map_err(failed(&from))?;
+                        let linked = fs::hard_link(&from, &to);
+                        linked
+                            .or_else(|_| fs::copy(&from, &to).map(|_| ()))
+                            .map_err(failed(&from))?;
                     }
                     Ok(output::copy(log, &folder.join("blender.log"))?)
                 })?;
