@@ -141,7 +141,9 @@ impl Run<'_> {
             });
             graph.push(folder);
         }
-        let all = json!({ "@context": CONTEXT, "@graph": graph });
+        // That version of the context has no SHA-256.
+        let context = json!([CONTEXT, { "sha256": "http://schema.org/sha256" }]);
+        let all = json!({ "@context": context, "@graph": graph });
         serde_json::to_string_pretty(&all).expect("plain data") + "\n"
     }
 }

@@ -454,10 +454,14 @@ impl<'a> Work<'a> {
     }
 
     fn fail(&self, bed: &Bed, error: &Error) -> Result<(), Error> {
-        let (status, hint) = (error.status() as u8, error.hint());
         // Paths below the results hold for whoever has these.
         let out = format!("{}/", self.options.out.display());
-        let failed = FailedBed { status, reason: error.to_string().replace(&out, ""), hint };
+        let below = |text: String| text.replace(&out, "");
+        let failed = FailedBed {
+            status: error.status() as u8,
+            reason: below(error.to_string()),
+            hint: error.hint().map(below),
+        };
         let text = serde_json::to_vec_pretty(&failed).expect("plain data");
         Ok(output::bytes(&self.options.out.join(failure_of(&bed.id)), &text)?)
     }
