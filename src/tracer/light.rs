@@ -10,7 +10,7 @@ use std::cell::Cell;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use num_complex::Complex64;
 
 use super::field::{Meets, Ray};
