@@ -58,7 +58,12 @@ class Run:
         if one.exists():
             return Table(one)
         packings = (self.folder / "packings").glob("*/table.json")
-        return Table(*sorted(packings, key=lambda path: int(path.parent.name)))
+
+        def place(path: Path) -> tuple[int, str]:
+            # A drop may be there twice: N and N-touching.
+            return int(path.parent.name.partition("-")[0]), path.parent.name
+
+        return Table(*sorted(packings, key=place))
 
     @cached_property
     def signature(self) -> xr.Dataset:
@@ -121,9 +126,11 @@ def pipeline(
     out : path, optional
         Folder for the result. Default: ``out/`` and the name of the scene.
     tolerance : float, optional
-        Half-width of the 95 % interval in emissivity that every band is to reach. Default: 0.005.
+        Half-width at 95 % that the total of every band is to reach. As many beds are dropped as
+        that takes. With `packings`, or of a placed scene, that of the rays and of the spread
+        between beds. Default: one bed, with rays to 0.005.
     packings : int or "auto", optional
-        Beds to drop. Default: 1.
+        Beds to drop, in place of as many as the tolerance takes.
     seed : int, optional
         Random seed of shapes, dust, drop and rays.
     set : mapping, optional

@@ -410,11 +410,6 @@ const PROMISES: &[(&str, &str, &str)] = &[
         "no_parser_panics_or_hangs_on_changed_inputs",
     ),
     (
-        "What once was read wrongly is read or refused",
-        "tests/it/fuzz/mod.rs",
-        "no_parser_fails_on_what_once_was_read_wrongly",
-    ),
-    (
         "The order of keys in JSON does not matter",
         "tests/it/round_trips.rs",
         "the_order_of_keys_does_not_matter",
