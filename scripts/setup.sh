@@ -48,7 +48,8 @@ check_rust() {
 }
 
 # soilsig itself tells whether a Blender is usable.
-is_usable() { target/release/soilsig doctor "$@" >/dev/null 2>&1; }
+soilsig=target/release/soilsig
+is_usable() { $soilsig doctor "$@" >/dev/null 2>&1; }
 
 may_apt() {
     have apt-get || return
@@ -161,8 +162,6 @@ setup_to_test() {
         stop "the tests need $mitsuba and a Python with venv; or make test WITHOUT=mitsuba"
     is_left_out readers || install_packages .tools/readers "$readers" ||
         stop "the tests need $readers and Python 3.11 with venv; or make test WITHOUT=readers"
-    is_left_out module || install_module ||
-        stop "the tests of the module need $maturin and $module; or make test WITHOUT=module"
     is_left_out snakemake || install_packages .tools/snakemake "$snakemake" ||
         stop "the tests need $snakemake and Python 3.11 with venv; or make test WITHOUT=snakemake"
     is_left_out window || can_show || { apt_install $window && can_show; } ||
@@ -193,8 +192,14 @@ run | bench)
     ;;
 test)
     check_rust
-    # The tests need all of the library: one build serves both.
-    cargo build --release --features internals
+    # The module is a build of the program as well.
+    if is_left_out module; then
+        cargo build --release
+    else
+        install_module ||
+            stop "the tests of the module need $maturin and $module; or make test WITHOUT=module"
+        soilsig=.tools/module/bin/soilsig
+    fi
     ;;
 wheel) check_rust ;;
 docs) ;;
