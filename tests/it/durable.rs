@@ -59,10 +59,16 @@ impl Trial {
     /// The result that was kept, and an empty cache.
     fn begin_again(&self) {
         self.forget();
-        fs::create_dir(self.place.path("out")).expect("made");
-        for entry in fs::read_dir(self.place.path("kept")).expect("kept").flatten() {
-            let to = self.place.path("out").join(entry.file_name());
-            fs::copy(entry.path(), to).expect("copied");
+        // With the copies of its inputs.
+        for folder in ["", "inputs"] {
+            let to = self.place.path("out").join(folder);
+            fs::create_dir(&to).expect("made");
+            for entry in fs::read_dir(self.place.path("kept").join(folder)).expect("kept").flatten()
+            {
+                if entry.path().is_file() {
+                    fs::copy(entry.path(), to.join(entry.file_name())).expect("copied");
+                }
+            }
         }
     }
 }

@@ -36,7 +36,9 @@ fn place(study: &Value) -> Place {
     let patch = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/settled_patch.obj");
     fs::copy(patch, place.path("scenes/settled_patch.obj")).expect("copied");
     let mut scene = shipped_json("settled_patch.json");
-    scene["geometry"]["placed"]["prototypes"][0]["file"] = "settled_patch.obj".into();
+    for prototype in scene["geometry"]["placed"]["prototypes"].as_array_mut().expect("a list") {
+        prototype["file"] = "settled_patch.obj".into();
+    }
     place.write("scenes/patch.json", scene.to_string());
     place.write("study.json", study.to_string());
     place
