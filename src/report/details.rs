@@ -70,7 +70,7 @@ pub fn plan(plan: &Plan, tolerance: f64) -> String {
     parts.extend((*bounds > 0.0).then(|| format!("bounds {bounds:.4}")));
     parts.push(match wanted {
         _ if next == by && *total <= tolerance => format!("+-{tolerance} is reached"),
-        _ if next == by && bounds >= &tolerance => {
+        _ if next == by && *bounds >= tolerance => {
             format!("+-{tolerance} cannot be reached by more beds")
         }
         _ if next == by => format!("+-{tolerance} takes more than are dropped"),

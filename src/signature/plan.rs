@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::levels::{MANY, Parts};
 use crate::histogram::estimate::MOST;
-use crate::signature::budget::Budget;
+use crate::signature::budget::{Budget, Share};
 use crate::signature::{Band, Levels};
 
 /// Beds of a pilot, whose spread tells how many the tolerance takes; pairs only where hulls keep
@@ -25,8 +25,11 @@ pub const COST: f64 = 3.0;
 /// Most drops for each pair.
 const MOST_FOR_A_PAIR: usize = 5;
 
-/// Beds at which a plan ends whose bounds leave no room: more beds would not help.
-const NO_ROOM: usize = 24;
+/// Beds at which a plan ends whose rim alone leaves no room: that is no chance any more.
+const NO_ROOM: usize = 40;
+
+/// The most that one step multiplies the beds by.
+const MOST_AT_ONCE: usize = 4;
 
 /// Numbers of beds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -37,6 +40,32 @@ pub struct Beds {
     pub drops: usize,
     /// How many of them are there as hulls and with fines that touch.
     pub pairs: usize,
+}
+
+impl Beds {
+    /// The beds that come next where so many are wanted by all that these tell.
+    fn towards(self, wanted: Self, has_rim: bool) -> Self {
+        let step = |now: usize, wanted: usize| {
+            let half = wanted.div_ceil(2).max(wanted.min(2 * now));
+            half.min(MOST_AT_ONCE * now).min(MOST)
+        };
+        let drops = match wanted.drops {
+            // The rim is in the way, or the rounding of the plan was a little too good.
+            drops if wanted == self && has_rim => 2 * drops,
+            drops if wanted == self => drops + drops.div_ceil(8),
+            drops if drops <= 2 * self.drops => drops,
+            drops => step(self.drops, drops),
+        };
+        let pairs = if wanted.drops <= 2 * self.drops {
+            wanted.pairs
+        } else {
+            step(self.pairs, wanted.pairs)
+        };
+        let drops = drops.min(MOST);
+        // The spread of few changes may be small by luck.
+        let least = if self.pairs > 0 { drops.div_ceil(MOST_FOR_A_PAIR) } else { 0 };
+        Self { drops, pairs: pairs.max(least).min(drops) }
+    }
 }
 
 /// What beds tell of how many a tolerance takes. Half-widths and spreads are those of emissivity.
@@ -102,35 +131,18 @@ impl Plan {
             let next = if keeps_apart { pilot } else { Beds { pairs: 0, ..pilot } };
             return Self { wanted: None, next, ..plan };
         }
+        // Of few beds the rim is mostly chance, and more beds lessen it.
+        let without_rim = |share: &Share| tolerance - share.bounds() + share.rim.unwrap_or(0.0);
         let bands: Vec<(Parts, f64)> = budget
             .bands
             .iter()
             .enumerate()
-            .map(|(band, share)| (levels.parts(&of_band(band)), tolerance - share.bounds()))
+            .map(|(band, share)| (levels.parts(&of_band(band)), without_rim(share)))
             .collect();
-        let wanted = wanted(by, &bands);
-        let half =
-            |now: usize, wanted: usize| wanted.div_ceil(2).max(wanted.min(2 * now)).min(MOST);
-        let next = match wanted {
-            Some(wanted) => {
-                let next = if wanted.drops <= 2 * by.drops {
-                    Beds { drops: wanted.drops.min(MOST), pairs: wanted.pairs.min(MOST) }
-                } else {
-                    Beds {
-                        drops: half(by.drops, wanted.drops),
-                        pairs: half(by.pairs, wanted.pairs),
-                    }
-                };
-                // The quantile or the rounding of the plan was a little too good.
-                let more = Beds { drops: (by.drops + by.drops.div_ceil(8)).min(MOST), ..by };
-                if next == by { more } else { next }
-            }
-            None if by.drops < NO_ROOM => Beds { drops: 2 * by.drops, pairs: 2 * by.pairs },
-            None => by,
-        };
-        // The spread of few changes may be small by luck.
-        let least = if by.pairs > 0 { next.drops.div_ceil(MOST_FOR_A_PAIR) } else { 0 };
-        let next = Beds { pairs: next.pairs.max(least), ..next };
+        let rim = budget.bands.iter().filter_map(|share| share.rim).fold(0.0, f64::max);
+        let is_stuck = rim >= tolerance && by.drops >= NO_ROOM;
+        let wanted = wanted(by, &bands).filter(|_| !is_stuck);
+        let next = wanted.map_or(by, |wanted| by.towards(wanted, rim > 0.0));
         Self { wanted, next, ..plan }
     }
 
@@ -175,7 +187,6 @@ fn wanted(by: Beds, bands: &[(Parts, f64)]) -> Option<Beds> {
 mod tests {
     use super::*;
     use crate::histogram::Mean;
-    use crate::signature::budget::Share;
     use crate::support::random::{Purpose, Source};
 
     /// A recipe whose hulls and changes are normally distributed, alike in three bands for four
@@ -278,10 +289,21 @@ mod tests {
             Plan::new(&Levels::of_pairs(0, drops), &curves, &bands, &budget, 0.002, false)
         };
         // What a few beds say of the rim may be chance.
-        assert!(!ends(5, 0.003).is_done());
-        assert!(ends(24, 0.003).is_done());
-        assert_eq!(ends(24, 0.003).wanted, None);
+        let few = ends(5, 0.003);
+        assert!(!few.is_done() && few.next.drops == 10, "{few:?}");
+        assert!(ends(NO_ROOM, 0.003).is_done());
+        // Beds differ by .0005: 24 leave room for a rim that shrinks.
         let room = ends(24, 0.0015);
-        assert!(!room.is_done() && room.wanted.is_some(), "{room:?}");
+        assert!(!room.is_done() && room.wanted == Some(room.by), "{room:?}");
+    }
+
+    #[test]
+    fn a_floor_that_leaves_no_room_ends_a_plan_at_once() {
+        let share = Share { total: 0.004, floor: 0.003, ..Share::default() };
+        let budget = Budget { bands: vec![share], spectra_unknown: Vec::new(), floor_effect: None };
+        let curves: Vec<Vec<f64>> = (0..5).map(|i| vec![0.001 * f64::from(i % 2)]).collect();
+        let levels = Levels::of_pairs(0, 5);
+        let plan = Plan::new(&levels, &curves, &[Band::default()], &budget, 0.002, false);
+        assert_eq!((plan.is_done(), plan.wanted), (true, None));
     }
 }
