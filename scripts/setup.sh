@@ -136,7 +136,8 @@ install_packages() {
 # The module itself is built anew whenever the library is.
 install_module() {
     install_packages .tools/module "$maturin $module" &&
-        .tools/module/bin/python -m pip --disable-pip-version-check install --quiet \
+        PATH="$PWD/.tools/module/bin:$PATH" \
+            .tools/module/bin/python -m pip --disable-pip-version-check install --quiet \
             --no-build-isolation --no-deps --force-reinstall .
 }
 

@@ -120,6 +120,7 @@ pub use histogram::{Estimate, Histogram, Mean};
 pub use products::image;
 pub use scene::{Grid, Scene};
 pub use signature::budget::{Budget, Share};
+pub use signature::jacobian::jacobian;
 pub use signature::{Band, csv_text, evaluate};
 pub use spectrum::Spectrum;
 pub use support::error::{Error, Failure, Status};

@@ -123,7 +123,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     let terminal = Terminal::default();
     match Context::new(&cli, &args, &terminal, Out::Terminal).run(&cli.command) {
         Ok(status) => status.map_or(0, |status| status as u8),
-        Err(error) if error.status() == Status::Usage => {
+        Err(error) if error.status() == Status::Usage && error.hint().is_none() => {
             let kind = clap::error::ErrorKind::ValueValidation;
             let _ = Cli::command().error(kind, error.to_string()).print();
             Status::Usage as u8

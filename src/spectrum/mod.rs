@@ -345,7 +345,7 @@ mod tests {
     #[test]
     fn what_is_wrong_in_a_csv_spectrum_is_named_with_its_line() {
         for (content, line, part) in [
-            ("8,0.2\n9,NaN\n", "line 2", "within 0 to 1"),
+            ("8,0.2\n9,NaN\n", "", "at least two"),
             ("8,0.2\n9,35\n", "line 2", "within 0 to 1"),
             ("8,0.2\nx,0.3\n", "line 2", "not two numbers"),
             ("8,0.2\n9,0.3,1\n", "line 2", "3 columns"),

@@ -138,13 +138,14 @@ fn the_total_is_the_sum_of_its_parts() {
             let e = band.emissivity;
             assert!((share.rays - T_95 * e.rays_standard_error).abs() < 1e-15);
             let chance = share.rays.hypot(share.packings.unwrap_or(0.0));
-            let bounds = share.rim.unwrap_or(0.0) + share.floor + share.given_up;
+            let apart = share.apart.unwrap_or(0.0);
+            let bounds = share.rim.unwrap_or(0.0) + share.floor + share.given_up + apart;
             assert!((share.total - chance - bounds).abs() < 1e-12, "{share:?}");
             assert!(share.given_up > 0.0 && share.given_up == e.trapped);
             let drawn = origin != Origin::Given;
             assert_eq!([share.packings.is_some(), share.rim.is_some()], [drawn; 2]);
-            // What is not measured is told beside the total.
             assert_eq!(share.apart.is_some(), origin == Origin::DrawnApart);
+            // What is not measured is told beside the total.
             assert_eq!(share.facets.is_some(), drawn);
             if let Some(by_cells) = by_cells.filter(|_| share.wavelength_um == 9.0) {
                 let by_spread = e.spread.map_or(0.0, |_| quantile_95(3) * e.standard_error);

@@ -5,16 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..dust.reduced_hull import mean_reach, reduced_hull
+from ..dust.reduced_hull import reduced_hull
 from .near_fines import near_fines
 from .rigid_bodies import World, mesh_of
 
 # Share of the margin with which single fines and whole meshes collide. It is kept between them, and
 # their corners stay in place.
 _FINE_MARGIN = 0.125
-# How far points of a hull around fines may reach beyond the hull that collides, as a share of the
-# mean diameter. The time of the fall grows with the number of points.
-_HULL_SHARE = 0.006
 # The rounds of the contact phase. First: how far an unsupported grain sinks in a frame. Second: how
 # near to another grain or to the tray a fine must be to become a part of its grain's body. Both are
 # shares of the mean diameter. Third: for how many frames the grains have to rest. Each fine costs
@@ -27,7 +24,7 @@ _STEPS_SHARE = 1 / 6
 def drop_hulls(prototypes, prototype_of, poses, tray, height, unit_um, settings):
     """Falls as convex hulls until rest."""
     world = World(tray, height, settings)
-    meshes = [_hull_mesh(p, unit_um, settings) for p in prototypes]
+    meshes = [_hull_mesh(p, unit_um, settings["margin"]) for p in prototypes]
     _add(world, prototype_of, meshes, poses)
     masses = _masses(prototypes, prototype_of, unit_um)
     return world.run(masses, "CONVEX_HULL", settings["margin"])
@@ -69,18 +66,9 @@ def _masses(prototypes, prototype_of, unit_um):
     return [prototypes[p].volume_um3 / unit_um**3 for p in prototype_of]
 
 
-def _hull_mesh(prototype, unit_um, settings):
-    """Half of the margin makes up for the points left out. The other half is taken off the hull.
-
-    Of a hull around fines more points are left out, and the others are moved outward: over all
-    directions it reaches as far on average as with all points.
-    """
-    outline, margin = prototype.outline / unit_um, settings["margin"]
-    tolerance = margin / 2
-    if len(prototype.dust):
-        tolerance = max(tolerance, _HULL_SHARE * settings["scale"])
-    points = reduced_hull(outline, tolerance)
-    points = points * (mean_reach(outline) / mean_reach(points))
+def _hull_mesh(prototype, unit_um, margin):
+    """Half of the margin makes up for the points left out. The other half is taken off the hull."""
+    points = reduced_hull(prototype.outline / unit_um, margin / 2)
     length = np.linalg.norm(points, axis=1, keepdims=True)
     return mesh_of(prototype.name, points * (1 - np.minimum(margin / 2 / length, 0.5)))
 

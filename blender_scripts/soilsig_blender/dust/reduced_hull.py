@@ -35,12 +35,6 @@ def reduced_hull(points, tolerance):
     return points[candidates[sorted(kept)]]
 
 
-def mean_reach(points):
-    """How far points reach from the origin, averaged over all directions."""
-    reach = np.einsum("ij,kj->ik", points, fibonacci(_DIRECTIONS))
-    return float(reach.max(axis=0).mean())
-
-
 def _extreme(points, directions):
     """The point furthest out in each direction.
 
