@@ -41,7 +41,8 @@ fn the_jacobian_is_the_slope_of_the_emissivity() {
                 assert!((slopes[band] - difference).abs() < 1e-8, "{} {difference}", slopes[band]);
             }
         }
-        // Every path hits something.
-        assert!(found.iter().map(|slopes| slopes[0]).sum::<f64>() > 0.5);
+        // Brighter facets make a brighter bed.
+        assert!(found.iter().flatten().all(|&slope| slope >= 0.0));
+        assert!(found.iter().map(|slopes| slopes[0]).sum::<f64>() > 0.0);
     }
 }
