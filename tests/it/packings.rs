@@ -98,7 +98,7 @@ fn a_bed_that_touches_comes_with_its_bed_of_hulls() {
             command.arg("--").arg("--scene").arg(place.path(&recipe));
             let output = command.arg("--out").arg(&out).output().expect("it runs");
             assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
-            out.join("1")
+            out.join(format!("{collision}{number}"))
         };
         let (hulls, touching) = (drop("hull"), drop("hull_then_fines"));
         let read = |folder: &Path, name: &str| fs::read(folder.join(name)).expect("written");
