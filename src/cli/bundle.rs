@@ -38,7 +38,11 @@ pub struct Args {
 #[error(transparent)]
 pub struct BundleError(#[from] FileError);
 
-impl Failure for BundleError {}
+impl Failure for BundleError {
+    fn hint(&self) -> Option<String> {
+        self.0.hint()
+    }
+}
 
 fn wrong(path: &Path, problem: impl Into<Box<str>>, hint: &'static str) -> Error {
     BundleError(FileError::wrong(path, problem).with_hint(hint)).into()
