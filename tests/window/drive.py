@@ -161,7 +161,7 @@ def buttons():
 
 
 def refused():
-    """A corner pushed in by hand: the check shows where, and the library keeps what it has."""
+    """A corner pushed through the grain by hand: the check shows where, and the library keeps what it has."""
     grain = bpy.data.objects["sem"]
     bpy.data.objects["sem outline"].hide_set(True)
     with bpy.context.temp_override(**view()):
@@ -176,12 +176,12 @@ def refused():
         bpy.ops.object.mode_set(mode="OBJECT")
         top = max(grain.data.vertices, key=lambda v: v.co.z)
         top.select = True
-        deep = -0.5 * top.co
+        deep = -2.5 * top.co
         bpy.ops.object.mode_set(mode="EDIT")
         bpy.ops.transform.translate(value=deep)
     yield 2.0
     before = kept_grain()
-    yield from until(lambda: "not convex" in grain.soilsig.report, lambda: click(890, 611))
+    yield from until(lambda: "passes through itself" in grain.soilsig.report, lambda: click(890, 611))
     yield 1.0
     with bpy.context.temp_override(**view()):
         bpy.ops.view3d.view_selected()
@@ -193,7 +193,7 @@ def refused():
             bpy.ops.soilsig.save("EXEC_DEFAULT")
             report["refused_to_save"] = False
         except RuntimeError as error:
-            report["refused_to_save"] = "not convex" in str(error)
+            report["refused_to_save"] = "passes through itself" in str(error)
     report["kept"] = before == kept_grain()
 
 
