@@ -49,6 +49,7 @@ fn wrong(path: &Path, problem: impl Into<Box<str>>, hint: &'static str) -> Error
 }
 
 /// The record of a result.
+#[allow(clippy::large_enum_variant, reason = "a program holds one")]
 pub enum Recorded {
     /// Of the pipeline.
     Run(Record),

@@ -98,30 +98,18 @@ impl Run<'_> {
             let seed = random::seed_of(packing.seed, number);
             let drop = [Kept::Hulls, Kept::Pairs].contains(&lot.kept).then_some(seed);
             let bed = |file, origin| Settled { made, file, origin, drop, number };
-            match lot.kept {
-                Kept::Pairs => {
-                    let touching = format!("packings/{}-touching/", number + 1);
-                    beds.push(self.bring_bed(
-                        &touching,
-                        prepared,
-                        &bed("scene.json", Origin::Drawn),
-                    )?);
-                    hulls.push(self.bring_bed(
-                        &below,
-                        prepared,
-                        &bed(HULLS, Origin::DrawnApart),
-                    )?);
-                    self.bring_files_of(made, &touching, |_| true)?;
-                    self.bring_files_of(made, &below, |file| file.starts_with("prototypes."))?;
-                }
-                _ => {
-                    beds.push(self.bring_bed(
-                        &below,
-                        prepared,
-                        &bed("scene.json", packing.origin()),
-                    )?);
-                    self.bring_files_of(made, &below, |_| true)?;
-                }
+            if lot.kept == Kept::Pairs {
+                let touching = format!("packings/{}-touching/", number + 1);
+                let [second, first] =
+                    [bed("scene.json", Origin::Drawn), bed(HULLS, Origin::DrawnApart)];
+                beds.push(self.bring_bed(&touching, prepared, &second)?);
+                hulls.push(self.bring_bed(&below, prepared, &first)?);
+                self.bring_files_of(made, &touching, |_| true)?;
+                self.bring_files_of(made, &below, |file| file.starts_with("prototypes."))?;
+            } else {
+                let bed = bed("scene.json", packing.origin());
+                beds.push(self.bring_bed(&below, prepared, &bed)?);
+                self.bring_files_of(made, &below, |_| true)?;
             }
         }
         beds.extend(hulls);

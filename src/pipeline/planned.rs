@@ -19,6 +19,9 @@ struct Round {
     trace: f64,
 }
 
+/// The beds, their tables, and the plan by which they are enough.
+pub(super) type Planned = (Vec<Bed>, Vec<Table>, Option<Plan>);
+
 impl Run<'_> {
     /// As many beds as the tolerance takes, of which some are dropped on until their fines touch if
     /// hulls keep them apart.
@@ -27,7 +30,7 @@ impl Run<'_> {
         prepared: &Prepared,
         packing: &Packing,
         library: Option<&OwnGrains>,
-    ) -> Result<(Vec<Bed>, Vec<Table>, Option<Plan>), Error> {
+    ) -> Result<Planned, Error> {
         let keeps_apart = packing.origin() == Origin::DrawnApart;
         let touch = Packing {
             drop: Drop { collision: Collision::HullThenFines, ..packing.drop.clone() },

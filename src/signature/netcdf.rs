@@ -79,6 +79,7 @@ pub fn variables(
 }
 
 /// The attributes of a signature as a whole: texts, then numbers.
+#[allow(clippy::type_complexity, reason = "two lists of names and values")]
 pub fn attributes(table: &Table) -> (Vec<(&'static str, String)>, Vec<(&'static str, f64)>) {
     let texts = vec![
         ("Conventions", "CF-1.11".to_owned()),

@@ -35,6 +35,7 @@ struct Variable<'a> {
     values: Vec<f64>,
 }
 
+#[allow(clippy::too_many_lines, reason = "one list of variables")]
 fn written(
     study: &Study,
     points: &Points,
@@ -70,10 +71,10 @@ fn written(
             let (name, places) = (&study.axes[axis].name, &points.axes[axis]);
             let numbers: Option<Vec<f64>> = places.iter().map(|p| p.value.as_f64()).collect();
             set.add_var_f64(name, &[&dimension.name])?;
-            set.add_var_attr_string(name, "long_name", &study.axes[axis].key.all().join(" "))?;
+            set.add_var_attr_string(name, "long_name", study.axes[axis].key.all().join(" "))?;
             if numbers.is_none() {
                 let words: Vec<String> = places.iter().map(|p| shown(&p.value)).collect();
-                set.add_var_attr_string(name, "flag_meanings", &flags(&words))?;
+                set.add_var_attr_string(name, "flag_meanings", flags(&words))?;
                 let values = (0..words.len()).map(|i| i as f64).collect();
                 set.add_var_attr_f64(name, "flag_values", values)?;
             }
@@ -136,7 +137,7 @@ fn written(
         let others: Vec<&str> =
             others.flat_map(|d| &d.axes).map(|&axis| &*study.axes[axis].name).collect();
         if !others.is_empty() {
-            set.add_var_attr_string(name, "coordinates", &others.join(" "))?;
+            set.add_var_attr_string(name, "coordinates", others.join(" "))?;
         }
     }
     let memory = Memory::default();

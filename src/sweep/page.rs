@@ -1,6 +1,7 @@
 //! The page of a study: one file, opened without a server.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use super::charts::listed;
 use super::points::Points;
@@ -77,7 +78,7 @@ fn is_there(sweep: &Sweep, file: &str) -> bool {
         || file == "beds.csv"
         || sweep.outputs.contains_key(file)
         || (file == "failures.csv" && sweep.failed > 0)
-        || file.ends_with(".svg")
+        || Path::new(file).extension().is_some_and(|ending| ending == "svg")
 }
 
 /// The answer in a sentence or two.
@@ -107,6 +108,7 @@ pub(super) fn answer(sweep: &Sweep, results: &Results) -> String {
     text + "."
 }
 
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "iterators pass references")]
 fn by_emissivity(
     a: &&crate::signature::Window,
     b: &&crate::signature::Window,

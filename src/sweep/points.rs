@@ -82,7 +82,8 @@ impl Points {
         Ok(Self { dimensions, axes, base, set: study.set.clone(), file: study.file.clone() })
     }
 
-    /// How many there are.
+    /// How many there are: at least one.
+    #[allow(clippy::len_without_is_empty, reason = "an axis without a value is refused")]
     pub fn len(&self) -> usize {
         self.dimensions.iter().map(|dimension| dimension.len).product()
     }

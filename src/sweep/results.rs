@@ -256,7 +256,8 @@ fn coordinates(points: &Points, point: usize) -> impl Iterator<Item = String> {
     points.coordinates(point).into_iter().map(|place| shown(&place.value))
 }
 
-fn csv(headings: Vec<String>) -> Csv {
+fn csv(headings: impl Iterator<Item = String>) -> Csv {
+    let headings: Vec<String> = headings.collect();
     Csv::new(&headings.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
@@ -270,7 +271,7 @@ fn results_csv(study: &Study, points: &Points, results: &Results) -> String {
         .chain(["beds".to_owned()])
         .chain(results.windows.iter().flat_map(of_window))
         .chain(["contrast", "widest_half_width_95", "tolerance_reached", "paths"].map(Into::into));
-    let mut csv = csv(headings.collect());
+    let mut csv = csv(headings);
     for (i, result) in results.points.iter().enumerate() {
         let mut row: Vec<String> = vec![(i + 1).to_string()];
         row.extend(coordinates(points, i));
@@ -307,7 +308,7 @@ fn beds_csv(
     let headings = headings
         .chain(results.windows.iter().map(|window| format!("emissivity_{window}")))
         .chain(["paths", "folder", "table_sha256"].map(Into::into));
-    let mut csv = csv(headings.collect());
+    let mut csv = csv(headings);
     let seeds = study.seeds.len();
     for (i, (bed, row)) in beds.iter().zip(rows).enumerate() {
         let (Some(row), Some(result)) = (row, &results.points[bed.point]) else { continue };
@@ -333,8 +334,7 @@ fn failures_csv(
     failed: &[(usize, FailedBed)],
 ) -> String {
     let headings = ["point".to_owned()].into_iter().chain(names(study));
-    let mut csv =
-        csv(headings.chain(["seed", "status", "reason", "hint"].map(Into::into)).collect());
+    let mut csv = csv(headings.chain(["seed", "status", "reason", "hint"].map(Into::into)));
     for (bed, failed) in failed {
         let Bed { point, seed, .. } = beds[*bed];
         let mut row: Vec<String> = vec![(point + 1).to_string()];

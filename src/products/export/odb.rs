@@ -155,6 +155,7 @@ fn without_comment(text: &str) -> &str {
 ///
 /// # Errors
 /// A file cannot be read, or an object, unit or material has no equivalent here.
+#[allow(clippy::too_many_lines, reason = "one walk through the file")]
 pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<String>), DirsigError> {
     let mut left_out = vec![
         "platform, sensor, sky and atmosphere are not read: the sensor looks straight down at all \

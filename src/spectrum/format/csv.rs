@@ -124,8 +124,8 @@ impl<'a> Above<'a> {
             let is_of = |field: &String| matches!(words::column(field), Column::Wavelength(_));
             let has_unit =
                 |field: &String| matches!(words::column(field), Column::Wavelength(Some(_)));
-            let is_heading = fields.iter().all(known) && fields.iter().any(|f| is_of(f))
-                || fields.iter().any(|f| has_unit(f));
+            let is_heading = fields.iter().all(known) && fields.iter().any(&is_of)
+                || fields.iter().any(has_unit);
             let is_all = fields.iter().all(is_of);
             (fields.len() == count && is_heading && !is_all).then_some(fields)
         } else {

@@ -59,7 +59,7 @@ fn no_parser_panics_or_hangs_on_changed_inputs() {
         match end.recv_timeout(LONGEST) {
             Ok(Ok(())) => {}
             Ok(Err(panicked)) => panic::resume_unwind(panicked),
-            Err(_) => panic!("{} hangs, or is slow", parser.name),
+            Err(error) => panic!("{} hangs, or is slow: {error}", parser.name),
         }
     }
 }

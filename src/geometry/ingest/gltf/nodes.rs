@@ -43,7 +43,7 @@ pub(super) fn places(
         if node.extensions.visibility.as_ref().and_then(|of| of.visible) == Some(false) {
             continue;
         }
-        let place = above * place_of(read.transform()).map_err(at)?;
+        let place = above * place_of(&read.transform()).map_err(at)?;
         names.extend(node.name.clone());
         let inside = inside || object.is_some_and(|object| node.name.as_deref() == Some(object));
         if let (Some(mesh), true) = (node.mesh, inside) {
@@ -88,13 +88,13 @@ pub(super) fn places(
 }
 
 /// The place that a node has below another, or what is wrong with it.
-fn place_of(transform: Transform) -> Result<DAffine3, &'static str> {
+fn place_of(transform: &Transform) -> Result<DAffine3, &'static str> {
     match transform {
         Transform::Decomposed { translation, rotation, scale } => {
-            Ok(placed(translation, rotation, scale))
+            Ok(placed(*translation, *rotation, *scale))
         }
         Transform::Matrix { matrix } => {
-            let matrix = Mat4::from_cols_array_2d(&matrix).as_dmat4();
+            let matrix = Mat4::from_cols_array_2d(matrix).as_dmat4();
             if matrix.row(3) != DVec4::W {
                 return Err("the last row of its matrix is not 0, 0, 0, 1");
             }
