@@ -47,7 +47,7 @@ pub struct Band {
 }
 
 /// Evaluates the tables of a recipe's packings with the spectra and temperatures of the first. Where
-/// the same drops are there as hulls and with fines that touch, the mean is of both [`Levels`].
+/// the same drops are there as hulls and with fines that touch, the mean is of both levels.
 ///
 /// # Errors
 /// A spectrum does not cover a wavelength.

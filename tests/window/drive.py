@@ -161,7 +161,7 @@ def buttons():
 
 
 def refused():
-    """A corner pushed through the grain by hand: the check shows where, and the library keeps what it has."""
+    """A corner pushed through by hand: the check shows where, the library keeps what it has."""
     grain = bpy.data.objects["sem"]
     bpy.data.objects["sem outline"].hide_set(True)
     with bpy.context.temp_override(**view()):
@@ -181,7 +181,9 @@ def refused():
         bpy.ops.transform.translate(value=deep)
     yield 2.0
     before = kept_grain()
-    yield from until(lambda: "passes through itself" in grain.soilsig.report, lambda: click(890, 611))
+    yield from until(
+        lambda: "passes through itself" in grain.soilsig.report, lambda: click(890, 611)
+    )
     yield 1.0
     with bpy.context.temp_override(**view()):
         bpy.ops.view3d.view_selected()
