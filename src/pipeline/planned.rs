@@ -92,8 +92,8 @@ impl Run<'_> {
             }
         };
         let [drops, pairs] = [now.drops - before.drops, now.pairs - before.pairs];
-        // Pairs are dropped as hulls as well.
-        take(&mut round.drop, "drop", if now.pairs == 0 { drops } else { drops - pairs });
+        // What is in pairs was not dropped as hulls alone.
+        take(&mut round.drop, "drop", drops.saturating_sub(pairs));
         take(&mut round.touch, "touch", pairs);
         take(&mut round.trace, "trace", drops + pairs);
     }

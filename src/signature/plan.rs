@@ -79,7 +79,7 @@ pub struct Plan {
     pub at_um: f64,
     /// Its total, of these beds.
     pub total: f64,
-    /// The part of it that no further bed makes smaller.
+    /// The bounds in it.
     pub bounds: f64,
     /// Standard deviation between drops there; `None` of a single one.
     pub spread: Option<f64>,

@@ -68,8 +68,11 @@ def test_a_result_that_is_less_than_was_asked_for_warns(tmp_path):
 
 
 def test_ctrl_c_stops_a_trace_and_leaves_nothing_half_written(tmp_path):
+    # A program started in the background ignores SIGINT, and so do its children.
     script = f"""
+        import signal
         import soilsig
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         try:
             soilsig.trace({str(PATCH)!r}, out="t.json", tolerance=1e-5, max_paths=2**40)
         except KeyboardInterrupt:
