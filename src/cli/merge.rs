@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::{Context, Outcome};
-use crate::report::{Report, Tolerance, terminal};
+use crate::report::{Report, ToleranceOf, terminal};
 use crate::support::output;
 use crate::table::merge;
 
@@ -25,7 +25,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     table.write(&args.out)?;
     let (um, tolerance) = (table.stop.asked.grid.wavelengths_um(), table.stop.asked.tolerance);
     let tables = [table];
-    let reached = Report::new(&tables, &um, Tolerance::Interval(tolerance), None)?.reached;
+    let reached = Report::new(&tables, &um, (tolerance, ToleranceOf::Interval), None)?.reached;
     context.print(&terminal::blocks(&[(&tables[0].scene, &reached, None)], context.verbose))?;
     context.print(&format!("table in {}\n", args.out.display()))?;
     Ok(reached.status())

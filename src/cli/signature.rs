@@ -8,7 +8,7 @@ use super::{Context, Outcome, spectra, usage};
 use crate::draw::plot;
 use crate::radiometry::{Atmosphere, SkyTable, Temperature};
 use crate::report::compare::{self, Difference};
-use crate::report::{self, Report, Retrieval, Tolerance, terminal};
+use crate::report::{self, Report, Retrieval, ToleranceOf, terminal};
 use crate::signature;
 use crate::signature::in_bands;
 use crate::spectrum::sensors::Sensor;
@@ -85,7 +85,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     let assumed = args.assumptions.assumed();
     let tolerance = tables[0].stop.asked.tolerance;
     let report =
-        Report::new(&tables, &grid.wavelengths_um(), Tolerance::Interval(tolerance), None)?;
+        Report::new(&tables, &grid.wavelengths_um(), (tolerance, ToleranceOf::Interval), None)?;
     let bands = &report.bands;
     let result = match args.out.as_deref().map(ending).as_deref() {
         Some("nc") => {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::arguments::{Bands, Changes, Enough, TOLERANCE, tolerance};
 use super::{Context, Outcome, usage};
-use crate::report::{Report, Tolerance, terminal};
+use crate::report::{Report, ToleranceOf, terminal};
 use crate::support::error::{Failure, Status};
 use crate::support::monitor::Step;
 use crate::support::output;
@@ -96,7 +96,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
     table.write(&args.out)?;
     partial.map_or(Ok(()), output::remove)?;
     step.done(&format!("{} paths, {} hits", table.paths, table.hits));
-    let reached = Report::new(&[table], &um, Tolerance::Interval(tolerance), None)?.reached;
+    let reached = Report::new(&[table], &um, (tolerance, ToleranceOf::Interval), None)?.reached;
     if args.json {
         context.print_json(&reached)?;
     } else {

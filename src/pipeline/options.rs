@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::histogram::estimate;
-use crate::report::Tolerance;
+use crate::report::ToleranceOf;
 use crate::scene::{Change, Facets, Grid, MOST_PARTICLES, SceneGeometry};
 use crate::table::Target;
 
@@ -100,10 +100,10 @@ impl Options {
     }
 
     /// What the tolerance is asked of.
-    pub(super) fn asked(&self, geometry: &SceneGeometry) -> Tolerance {
+    pub(super) fn tolerance_of(&self, geometry: &SceneGeometry) -> ToleranceOf {
         match (self.packings, geometry) {
-            (HowMany::Planned(_), SceneGeometry::Packing(_)) => Tolerance::Total(self.tolerance),
-            _ => Tolerance::Interval(self.tolerance),
+            (HowMany::Planned(_), SceneGeometry::Packing(_)) => ToleranceOf::Total,
+            _ => ToleranceOf::Interval,
         }
     }
 

@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 
 use super::RUN;
 use super::record::{Record, RecordError};
+use crate::report::Report;
 use crate::report::page::{self, Picture, Run};
-use crate::report::{Report, Tolerance, ToleranceOf};
 use crate::support::error::Error;
 use crate::support::file_error::FileError;
 use crate::table::Table;
@@ -119,10 +119,7 @@ pub fn of_runs(folders: &[&Path]) -> Result<String, Error> {
             }
             let tables = Table::read_packings(&paths)?;
             let um = record.options.grid.wavelengths_um();
-            let tolerance = match reached.tolerance_of {
-                ToleranceOf::Interval => Tolerance::Interval(reached.tolerance),
-                ToleranceOf::Total => Tolerance::Total(reached.tolerance),
-            };
+            let tolerance = (reached.tolerance, reached.tolerance_of);
             let report = Report::new(&tables, &um, tolerance, reached.plan)?;
             all.push((
                 *folder,

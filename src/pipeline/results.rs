@@ -70,8 +70,10 @@ impl Run<'_> {
         plan: Option<Plan>,
     ) -> Result<Report, Error> {
         let step = self.folder.begin("signature");
-        let um = self.options.grid.wavelengths_um();
-        let report = Report::new(tables, &um, self.options.asked(&scene.geometry), plan)?;
+        let options = self.options;
+        let um = options.grid.wavelengths_um();
+        let asked = (options.tolerance, options.tolerance_of(&scene.geometry));
+        let report = Report::new(tables, &um, asked, plan)?;
         let bands = &report.bands;
         let temperature = tables[0].temperature();
         let csv = signature::csv_text(bands, &report.budget, temperature, Assumed::EXACT);

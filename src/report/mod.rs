@@ -29,15 +29,6 @@ pub use limit::{Cost, duration};
 pub use reached::{FeatureErrors, Reached, ToleranceOf};
 pub use retrieval::Retrieval;
 
-/// What a tolerance is asked of: half-widths in emissivity that every band is to reach.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Tolerance {
-    /// The 95 % interval of the rays and, of several beds, of their spread.
-    Interval(f64),
-    /// The total, bounds included.
-    Total(f64),
-}
-
 /// A result: its bands, their uncertainty, and the numbers for the record.
 #[derive(Debug, Clone)]
 pub struct Report {
@@ -50,14 +41,14 @@ pub struct Report {
 }
 
 impl Report {
-    /// Of the tables of a recipe's packings. The tolerance is that of their mean.
+    /// Of the tables of a recipe's packings. The tolerance is a half-width of their mean in emissivity.
     ///
     /// # Errors
     /// A spectrum does not cover a wavelength.
     pub fn new(
         packings: &[Table],
         wavelengths_um: &[f64],
-        asked: Tolerance,
+        (tolerance, tolerance_of): (f64, ToleranceOf),
         plan: Option<Plan>,
     ) -> Result<Self, Error> {
         let bands = evaluate(packings, wavelengths_um)?;
@@ -74,14 +65,9 @@ impl Report {
             .expect("there is at least one band");
         let e = widest.emissivity;
         let rays_reached = packings.iter().all(|table| table.stop.reached.tolerance);
-        let (tolerance, tolerance_of, half_width, at_um) = match asked {
-            Tolerance::Interval(x) => {
-                (x, ToleranceOf::Interval, e.half_width, widest.wavelength_um)
-            }
-            Tolerance::Total(x) => {
-                let share = budget.widest();
-                (x, ToleranceOf::Total, share.total, share.wavelength_um)
-            }
+        let (half_width, at_um) = match tolerance_of {
+            ToleranceOf::Interval => (e.half_width, widest.wavelength_um),
+            ToleranceOf::Total => (budget.widest().total, budget.widest().wavelength_um),
         };
         let is_reached = half_width <= tolerance && (packings.len() > 1 || rays_reached);
         let of_materials = packings[0].materials.iter();
@@ -139,9 +125,8 @@ fn feature_errors(packings: &[Table], um: &[f64]) -> Result<Option<FeatureErrors
         return Ok(None);
     }
     // How drops differ; what touching fines change differs far less.
-    let beds: Vec<Table> = levels.first(packings).cloned().collect();
-    let of_each: Vec<Features> =
-        curves(&beds, um)?.iter().map(|curve| features(um, curve)).collect();
+    let curves = curves(packings, um)?;
+    let of_each: Vec<Features> = levels.first(&curves).map(|curve| features(um, curve)).collect();
     let error = |of: &dyn Fn(&Features) -> Option<f64>| {
         half_width(&of_each.iter().map(of).collect::<Option<Vec<f64>>>()?)
     };

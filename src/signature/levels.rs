@@ -78,9 +78,9 @@ impl Levels {
         self.pairs.len()
     }
 
-    /// The tables of the first level.
-    pub(crate) fn first<'a>(&'a self, tables: &'a [Table]) -> impl Iterator<Item = &'a Table> {
-        self.first.iter().map(|&i| &tables[i])
+    /// Of what is there for each table, that of the first level.
+    pub(crate) fn first<'a, T>(&'a self, of_tables: &'a [T]) -> impl Iterator<Item = &'a T> {
+        self.first.iter().map(|&i| &of_tables[i])
     }
 
     /// The weight of each table in the mean; some are negative.
@@ -120,7 +120,7 @@ impl Levels {
 
     /// The parts of the variance of the mean of `values`, one of each table.
     pub(super) fn parts(&self, values: &[f64]) -> Parts {
-        let firsts: Vec<f64> = self.first.iter().map(|&i| values[i]).collect();
+        let firsts: Vec<f64> = self.first(values).copied().collect();
         let first = covariance(&firsts, &firsts);
         let Self { pairs, .. } = self;
         if pairs.len() < 2 {

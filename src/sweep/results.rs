@@ -17,7 +17,7 @@ use crate::draw::plot;
 use crate::pipeline::TABLE;
 use crate::pipeline::inputs;
 use crate::pipeline::record::{Output, processor};
-use crate::report::{Report, Tolerance};
+use crate::report::{Report, ToleranceOf};
 use crate::signature::{self, Window};
 use crate::spectrum::features::window_mean;
 use crate::support::csv::{Csv, decimals};
@@ -230,7 +230,7 @@ fn point(
     if tables.is_empty() {
         return Ok((None, rows));
     }
-    let report = Report::new(&tables, um, Tolerance::Interval(study.tolerance), None)?;
+    let report = Report::new(&tables, um, (study.tolerance, ToleranceOf::Interval), None)?;
     let mut curves = signature::curves(&tables, um)?.into_iter();
     let reached = &report.reached;
     let result = PointResult {

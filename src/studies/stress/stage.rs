@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::{Point, Setting, Shape};
-use crate::report::{Report, Tolerance, terminal};
+use crate::report::{Report, ToleranceOf, terminal};
 use crate::scene::{Grid, Scene};
 use crate::signature::Band;
 use crate::support::error::{Error, Status};
@@ -94,7 +94,8 @@ impl<'a> Stage<'a> {
             Ok(table) => [table],
         };
         let um = self.grid.wavelengths_um();
-        let report = Report::new(&tables, &um, Tolerance::Interval(self.target.tolerance), None)?;
+        let report =
+            Report::new(&tables, &um, (self.target.tolerance, ToleranceOf::Interval), None)?;
         let Report { bands, reached, .. } = report;
         let said = terminal::blocks(&[("", &reached, None)], true);
         let said = said.lines().map(|line| line.trim().to_owned()).collect();
