@@ -1,6 +1,8 @@
 //! The part of the Python module that is written in Rust. It is thin: what has a shape and a unit
 //! for users is made in Python (`python/soilsig`).
 
+#![allow(clippy::needless_pass_by_value, reason = "Python hands over values")]
+
 mod call;
 mod failure;
 mod scene;
@@ -12,7 +14,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 /// Numbers as numpy takes them without looking at each.
-fn bytes<'py>(py: Python<'py>, numbers: impl IntoIterator<Item = f64>) -> Bound<'py, PyBytes> {
+fn bytes(py: Python<'_>, numbers: impl IntoIterator<Item = f64>) -> Bound<'_, PyBytes> {
     let bytes: Vec<u8> = numbers.into_iter().flat_map(f64::to_ne_bytes).collect();
     PyBytes::new(py, &bytes)
 }

@@ -1,6 +1,6 @@
 //! Scenes, grids of bands and radiance images.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -32,12 +32,12 @@ pub fn scene(text: &str, folder: PathBuf) -> PyResult<String> {
 
 /// The wavelengths of bands from one to another, um.
 #[pyfunction]
-pub fn wavelengths<'py>(
-    py: Python<'py>,
+pub fn wavelengths(
+    py: Python<'_>,
     from_um: f64,
     to_um: f64,
     step_um: f64,
-) -> PyResult<Bound<'py, PyBytes>> {
+) -> PyResult<Bound<'_, PyBytes>> {
     let grid = soilsig::Grid::new(from_um, to_um, step_um).map_err(PyValueError::new_err)?;
     Ok(bytes(py, grid.wavelengths_um()))
 }
@@ -47,9 +47,8 @@ type Image<'py> = ((usize, usize), Bound<'py, PyBytes>, Bound<'py, PyBytes>);
 
 /// An ENVI image: its values by band, line and sample.
 #[pyfunction]
-pub fn cube<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Image<'py>> {
-    let path: &Path = &path;
-    let cube = Cube::read(path).map_err(raised)?;
+pub fn cube(py: Python<'_>, path: PathBuf) -> PyResult<Image<'_>> {
+    let cube = Cube::read(&path).map_err(raised)?;
     let um = bytes(py, cube.wavelengths_um.iter().copied());
     Ok(((cube.lines, cube.samples), um, bytes(py, cube.data.iter().map(|&x| x.into()))))
 }
