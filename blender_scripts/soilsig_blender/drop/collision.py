@@ -14,11 +14,12 @@ from .rigid_bodies import World, mesh_of
 _FINE_MARGIN = 0.125
 # The rounds of the contact phase. First: how far an unsupported grain sinks in a frame. Second: how
 # near to another grain or to the tray a fine must be to become a part of its grain's body. Both are
-# shares of the mean diameter. Third: for how many frames the grains have to rest. Each fine costs
-# time in every frame, and as much as a dozen frames when it becomes a part.
-_ROUNDS = ((0.025, 0.13, 1), (0.004, 0.05, 3))
+# shares of the mean diameter. Each fine costs time in every frame, and as much as a dozen frames
+# when it becomes a part. So the first round has the fines that a grain may come upon on its way,
+# the second those near its place.
+_ROUNDS = ((0.075, 0.09), (0.012, 0.04))
 # Without inertia nothing moves fast, so fewer steps are enough: this share of those of the fall.
-_STEPS_SHARE = 1 / 6
+_STEPS_SHARE = 1 / 2
 
 
 def drop_hulls(prototypes, prototype_of, poses, tray, height, unit_um, settings):
@@ -43,12 +44,12 @@ def sink_into_contact(prototypes, prototype_of, poses, tray, height, unit_um, se
     settings = {**settings, "substeps": math.ceil(settings["substeps"] * _STEPS_SHARE)}
     dusty = _Dusty(prototypes, prototype_of, tray, unit_um)
     frames, history = 0, [poses]
-    for sinking, reach, calm in _ROUNDS:
+    for sinking, reach in _ROUNDS:
         world = World(tray, height, settings)
         dusty.add_near(world, poses, reach * settings["scale"] * unit_um)
         margin = _FINE_MARGIN * settings["margin"]
         masses = _masses(prototypes, prototype_of, unit_um)
-        rest = world.run(masses, "COMPOUND", margin, sinking * settings["scale"], calm)
+        rest = world.run(masses, "COMPOUND", margin, sinking * settings["scale"])
         frames += rest.frames
         history += rest.history[1:]
         poses = rest.poses

@@ -69,15 +69,15 @@ class World:
         part.matrix_local = Matrix(pose.tolist())
         self.parts.append(part)
 
-    def run(self, masses, collision_shape, margin, sinking=None, calm=_REST_FRAMES) -> Rest:
-        """Steps until rest for `calm` frames.
+    def run(self, masses, collision_shape, margin, sinking=None) -> Rest:
+        """Steps until rest for several frames.
 
         With `sinking` the grains lie already and have no inertia: an unsupported grain goes down by
-        that much in a frame.
+        that much in a frame, and rest for one frame is enough.
         """
         self._make_rigid(masses, collision_shape, margin)
         self._damp(_FULL_DAMPING if sinking else _DAMPING)
-        return self._step(sinking, calm)
+        return self._step(sinking)
 
     def _make_rigid(self, masses, collision_shape, margin):
         scene = bpy.context.scene
@@ -130,12 +130,13 @@ class World:
             walls.append(wall)
         return walls
 
-    def _step(self, sinking, calm_frames):
+    def _step(self, sinking):
         scene = bpy.context.scene
         most = self.settings["max_frames"]
         seconds = scene.render.fps_base / scene.render.fps
         gravity, diameter = self.settings["gravity"], self.settings["scale"]
         free_fall = np.sqrt(gravity * diameter)
+        calm_frames = 1 if sinking else _REST_FRAMES
         fell, calm, without_inertia = bool(sinking), 0, bool(sinking)
         if sinking:
             scene.gravity = (0, 0, -sinking * self.settings["substeps"] / seconds**2)
