@@ -1,6 +1,5 @@
 //! Beds from Blender, copied to their places with the files that their scenes name.
 
-use std::ops::Range;
 use std::path::Path;
 use std::time::Duration;
 
@@ -8,59 +7,55 @@ use super::{Bed, Run};
 use crate::beds::own_grains::OwnGrains;
 use crate::beds::{HULLS, Order, Wanted};
 use crate::blender;
-use crate::scene::{Origin, Packing, Placed, Scene, SceneGeometry, Sides};
+use crate::scene::{Collision, Origin, Packing, Placed, Scene, SceneGeometry, Sides};
 use crate::spectrum;
 use crate::support::cache::Made;
 use crate::support::error::Error;
 use crate::support::random;
 use crate::table::Prepared;
 
-/// Some of the beds of a recipe, by number, and how they are kept.
-#[derive(Clone)]
-pub(super) struct Lot {
-    pub(super) beds: Range<usize>,
-    pub(super) kept: Kept,
-}
+/// Beds of a recipe, by number, each with how it is kept. The first is bed 0.
+pub(super) type Lot = Vec<(usize, Kept)>;
 
-/// How the beds of a result are kept.
+/// How a bed of a result is kept.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kept {
-    /// One bed, in the folder of the result.
+    /// In the folder of the result, as the only bed.
     One,
-    /// Several beds, each in a folder of its own.
+    /// In a folder of its own.
     Several,
-    /// Several, of which some are there as hulls and with fines that touch: these are hulls alone.
+    /// The same, as hulls, beside pairs.
     Hulls,
-    /// The same: these are both, from one drop.
-    Pairs,
+    /// As hulls and with fines that touch, from one drop.
+    Pair,
 }
 
-impl Lot {
-    /// This number of beds.
-    pub(super) fn of(beds: usize) -> Self {
-        Self { beds: 0..beds, kept: if beds == 1 { Kept::One } else { Kept::Several } }
-    }
+/// This number of beds by the recipe.
+pub(super) fn lot(beds: usize) -> Lot {
+    let kept = if beds == 1 { Kept::One } else { Kept::Several };
+    (0..beds).map(|bed| (bed, kept)).collect()
+}
 
+impl Kept {
     /// The folder of a bed below that of the scene's result.
-    fn below(&self, bed: usize) -> String {
-        if self.kept == Kept::One { String::new() } else { format!("packings/{}/", bed + 1) }
+    fn folder(self, bed: usize) -> String {
+        if self == Self::One { String::new() } else { format!("packings/{}/", bed + 1) }
     }
 }
 
 impl Run<'_> {
-    /// The beds that Blender drops, as placed geometry with the scene's materials and view. Of
-    /// pairs the beds whose fines touch come first.
+    /// The beds that Blender drops, as placed geometry with the scene's materials and view. Of a
+    /// pair the bed whose fines touch comes first.
     pub(super) fn drop(
         &mut self,
         prepared: &Prepared,
         packing: &Packing,
         library: Option<&OwnGrains>,
-        lot: &Lot,
+        lot: &[(usize, Kept)],
     ) -> Result<Vec<Bed>, Error> {
         // A recipe may have the name of the settled bed.
-        self.folder.keeps_inputs(&[&format!("{}scene.json", lot.below(0))])?;
-        let stage = if lot.kept == Kept::Pairs { "touch" } else { "drop" };
-        let step = self.folder.begin(stage);
+        self.folder.keeps_inputs(&[&format!("{}scene.json", lot[0].1.folder(0))])?;
+        let step = self.folder.begin("drop");
         let monitor = self.folder.monitor;
         let limit = Duration::from_secs(self.options.blender_timeout_s);
         let blender =
@@ -76,34 +71,37 @@ impl Run<'_> {
         ] {
             self.folder.record.versions.insert(name.into(), version);
         }
-        let seeds = lot.beds.clone().map(|i| random::seed_of(packing.seed, i));
-        let seeds: Vec<u64> = seeds.collect();
         // Files for other programs, of the bed that is shown.
-        let mut extra = Vec::new();
-        if lot.beds.start == 0 {
-            extra.extend(["scene.glb", "scene.blend", "frames.json"]);
-            extra.extend(self.options.patch_obj.then_some("patch.obj"));
-        }
+        let mut extra = vec!["scene.glb", "scene.blend", "frames.json"];
+        extra.extend(self.options.patch_obj.then_some("patch.obj"));
+        let wanted = |&(number, kept): &(usize, Kept)| {
+            let mut packing =
+                Packing { seed: random::seed_of(packing.seed, number), ..packing.clone() };
+            if kept == Kept::Pair {
+                packing.drop.collision = Collision::HullThenFines;
+            }
+            Wanted { scene: &prepared.scene, packing, own_grains: library }
+        };
         let order = Order {
             blender: &blender,
-            beds: Wanted::of_seeds(&prepared.scene, packing, library, &seeds),
+            beds: lot.iter().map(wanted).collect(),
             of_first: &extra,
             time_limit: limit,
         };
         let log = |number: usize| self.folder.running_log(number);
         let made = order.beds(self.cache, &log, &step)?;
-        let (mut beds, mut hulls) = (Vec::new(), Vec::new());
-        for (number, made) in lot.beds.clone().zip(&made) {
-            let below = lot.below(number);
+        let mut beds = Vec::new();
+        for (&(number, kept), made) in lot.iter().zip(&made) {
+            let below = kept.folder(number);
             let seed = random::seed_of(packing.seed, number);
-            let drop = [Kept::Hulls, Kept::Pairs].contains(&lot.kept).then_some(seed);
+            let drop = [Kept::Hulls, Kept::Pair].contains(&kept).then_some(seed);
             let bed = |file, origin| Settled { made, file, origin, drop, number };
-            if lot.kept == Kept::Pairs {
+            if kept == Kept::Pair {
                 let touching = format!("packings/{}-touching/", number + 1);
                 let [second, first] =
                     [bed("scene.json", Origin::Drawn), bed(HULLS, Origin::DrawnApart)];
                 beds.push(self.bring_bed(&touching, prepared, &second)?);
-                hulls.push(self.bring_bed(&below, prepared, &first)?);
+                beds.push(self.bring_bed(&below, prepared, &first)?);
                 self.bring_files_of(made, &touching, |_| true)?;
                 self.bring_files_of(made, &below, |file| file.starts_with("prototypes."))?;
             } else {
@@ -112,9 +110,8 @@ impl Run<'_> {
                 self.bring_files_of(made, &below, |_| true)?;
             }
         }
-        beds.extend(hulls);
         let cached = made.iter().all(|made| made.cached);
-        self.folder.end(stage, step, "Blender", cached);
+        self.folder.end("drop", step, "Blender", cached);
         Ok(beds)
     }
 

@@ -18,7 +18,6 @@ use sha2::{Digest, Sha256};
 
 use crate::beds::own_grains::{self, OwnGrains};
 use crate::geometry::ingest::Sources;
-use crate::pipeline::bring::Lot;
 use crate::pipeline::folder::Folder;
 use crate::pipeline::page::Told;
 use crate::pipeline::record::Record;
@@ -212,7 +211,7 @@ impl<'a> Run<'a> {
                 match self.options.packings {
                     HowMany::Planned(_) => self.planned(&prepared, packing, library.as_ref())?,
                     HowMany::Number(number) => {
-                        let lot = Lot::of(number);
+                        let lot = bring::lot(number);
                         let mut beds = self.drop(&prepared, packing, library.as_ref(), &lot)?;
                         let tables = self.trace(&mut beds, false)?;
                         (beds, tables, None)

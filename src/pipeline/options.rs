@@ -13,8 +13,9 @@ use crate::table::Target;
 /// Longest time limit of a Blender, seconds: some thirty years.
 pub const MOST_SECONDS: u64 = 1_000_000_000;
 
-/// The tolerance of the rays of each of many planned beds: a tight one takes many.
-const LEAST_OF_PLANNED: f64 = 0.0008;
+/// Half-width to which each planned bed is traced. Coarser rays would hide what touching fines
+/// change and cost more beds than they save.
+const RAYS_OF_PLANNED: f64 = 0.0012;
 
 /// What is run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -114,7 +115,7 @@ impl Options {
     pub(super) fn target(&self, beds: usize, is_planned: bool) -> Target {
         let Self { max_paths, max_seconds, .. } = *self;
         let target = if is_planned {
-            let tolerance = (self.tolerance / 3.0).max(LEAST_OF_PLANNED.min(self.tolerance));
+            let tolerance = self.tolerance.min(RAYS_OF_PLANNED);
             Target { tolerance, ..Target::of(self.tolerance) }
         } else {
             target_of(self.tolerance, beds)

@@ -1,21 +1,21 @@
 //! A planned run: beds until the total is within the tolerance.
 
-use super::bring::{Kept, Lot};
+use super::bring::{self, Kept, Lot};
 use super::{Bed, Run};
 use crate::beds::own_grains::OwnGrains;
 use crate::report;
-use crate::scene::{Collision, Drop, Origin, Packing, SceneGeometry};
+use crate::scene::{Origin, Packing};
 use crate::signature::budget::Budget;
 use crate::signature::plan::{Beds, COST, Plan};
 use crate::signature::{self, Levels};
 use crate::support::error::Error;
 use crate::table::{Prepared, Table};
 
-/// Wall time of a round of beds, one for each thread, seconds.
+/// Wall time of the last stages for each hull bed that was not there before, seconds; a pair counts
+/// as some of them.
 #[derive(Clone, Copy, Default)]
-struct Round {
+struct Pace {
     drop: f64,
-    touch: f64,
     trace: f64,
 }
 
@@ -32,26 +32,11 @@ impl Run<'_> {
         library: Option<&OwnGrains>,
     ) -> Result<Planned, Error> {
         let keeps_apart = packing.origin() == Origin::DrawnApart;
-        let touch = Packing {
-            drop: Drop { collision: Collision::HullThenFines, ..packing.drop.clone() },
-            ..packing.clone()
-        };
-        let mut touching = prepared.clone();
-        touching.scene.geometry = SceneGeometry::Packing(touch.clone());
         let (mut before, mut now) = (Beds { drops: 0, pairs: 0 }, Beds { drops: 1, pairs: 0 });
-        let mut round = Round::default();
+        let mut pace = Pace::default();
         loop {
             let begun = self.folder.record.stages.len();
-            let mut beds = Vec::new();
-            let mut hulls = Lot::of(now.drops);
-            if now.pairs > 0 {
-                let pairs = Lot { beds: 0..now.pairs, kept: Kept::Pairs };
-                beds.extend(self.drop(&touching, &touch, library, &pairs)?);
-                hulls = Lot { beds: now.pairs..now.drops, kept: Kept::Hulls };
-            }
-            if !hulls.beds.is_empty() {
-                beds.extend(self.drop(prepared, packing, library, &hulls)?);
-            }
+            let mut beds = self.drop(prepared, packing, library, &lot_of(now))?;
             let tables = self.trace(&mut beds, true)?;
             let plan = self.plan_of(&tables, &prepared.wavelengths_um, keeps_apart)?;
             let told = report::plan(&plan, self.options.tolerance);
@@ -61,8 +46,8 @@ impl Run<'_> {
                 }
                 return Ok((beds, tables, Some(plan)));
             }
-            self.clock(&mut round, begun, now, before);
-            let time = report::duration(round.of(plan.next, now));
+            self.clock(&mut pace, begun, rounds(before, now));
+            let time = report::duration((pace.drop + pace.trace) * rounds(now, plan.next));
             self.folder.monitor.say(&format!("plan: {told}, in about {time}"));
             // Beds that are dropped again come from the cache.
             self.folder.remove("")?;
@@ -81,35 +66,35 @@ impl Run<'_> {
         Ok(Plan::new(&levels, &curves, &bands, &budget, tolerance, keeps_apart))
     }
 
-    /// Takes the times of the stages since `begun`, in which the beds beyond `before` were made.
-    fn clock(&self, round: &mut Round, begun: usize, now: Beds, before: Beds) {
-        let take = |of: &mut f64, name: &str, beds: usize| {
+    /// Takes the times of the stages since `begun`, which took so many rounds.
+    fn clock(&self, pace: &mut Pace, begun: usize, rounds: f64) {
+        for (of, name) in [(&mut pace.drop, "drop"), (&mut pace.trace, "trace")] {
             let key = self.folder.key(name);
             let stages = &self.folder.record.stages[begun..];
-            let stage = stages.iter().find(|stage| stage.name == key && !stage.cached);
-            if let Some(stage) = stage.filter(|_| beds > 0) {
-                *of = stage.seconds / rounds(beds);
+            if let Some(stage) = stages.iter().find(|stage| stage.name == key && !stage.cached) {
+                *of = stage.seconds / rounds;
             }
-        };
-        let [drops, pairs] = [now.drops - before.drops, now.pairs - before.pairs];
-        // What is in pairs was not dropped as hulls alone.
-        take(&mut round.drop, "drop", drops.saturating_sub(pairs));
-        take(&mut round.touch, "touch", pairs);
-        take(&mut round.trace, "trace", drops + pairs);
+        }
     }
 }
 
-impl Round {
-    /// About how long the beds take that come next.
-    fn of(&self, next: Beds, now: Beds) -> f64 {
-        let [drops, pairs] = [next.drops - now.drops, next.pairs - now.pairs];
-        let touch = if self.touch > 0.0 { self.touch } else { (1.0 + COST) * self.drop };
-        let hulls = drops.saturating_sub(pairs);
-        self.drop * rounds(hulls) + touch * rounds(pairs) + self.trace * rounds(drops + pairs)
+/// The beds of a plan. The first stays as it is when some become pairs: it is there already.
+fn lot_of(now: Beds) -> Lot {
+    if now == (Beds { drops: 1, pairs: 0 }) {
+        return bring::lot(1);
     }
+    let is_pair = |bed: usize| now.pairs == now.drops || (1..=now.pairs).contains(&bed);
+    let kept = |bed| match is_pair(bed) {
+        true => Kept::Pair,
+        false if now.pairs > 0 => Kept::Hulls,
+        false => Kept::Several,
+    };
+    (0..now.drops).map(|bed| (bed, kept(bed))).collect()
 }
 
-/// As many Blenders run side by side as there are threads.
-fn rounds(beds: usize) -> f64 {
-    beds.div_ceil(rayon::current_num_threads()) as f64
+/// As many Blenders run side by side as there are threads. How often each drops a bed as hulls, or
+/// what takes as long, until there are as many beds as come next.
+fn rounds(now: Beds, next: Beds) -> f64 {
+    let [drops, pairs] = [next.drops - now.drops, next.pairs - now.pairs];
+    (drops as f64 + COST * pairs as f64) / rayon::current_num_threads().min(drops.max(1)) as f64
 }

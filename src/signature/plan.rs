@@ -20,7 +20,7 @@ const FAR: f64 = 8.0;
 
 /// The cost of dropping a bed on until its fines touch, in beds dropped as hulls, with their traces
 /// (docs: stages). Fixed, so that a plan does not depend on the machine.
-pub const COST: f64 = 3.0;
+pub const COST: f64 = 2.5;
 
 /// Most drops for each pair.
 const MOST_FOR_A_PAIR: usize = 5;

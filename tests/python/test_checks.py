@@ -123,7 +123,7 @@ class Tries(unittest.TestCase):
     def test_what_another_drop_cannot_cure_is_not_dropped_again(self):
         tried = []
 
-        def drop(_, packing):
+        def drop(_, packing, is_second_try):
             tried.append(packing["drop"])
             raise BedError("scene", "too narrow", "widen the tray")
 

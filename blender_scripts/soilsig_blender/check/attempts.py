@@ -22,7 +22,7 @@ def settled_bed(prototypes, packing):
     for settings in (packing["drop"], safer(packing["drop"])):
         tried = {**packing, "drop": settings}
         try:
-            dropped = drop(prototypes, tried)
+            dropped = drop(prototypes, tried, bool(attempts))
             found = bed_check.check(prototypes, dropped, tried)
         except BedError as error:
             if error.kind not in _CURABLE:

@@ -15,9 +15,10 @@ _FINE_MARGIN = 0.125
 # The rounds of the contact phase. First: how far an unsupported grain sinks in a frame. Second: how
 # near to another grain or to the tray a fine must be to become a part of its grain's body. Both are
 # shares of the mean diameter. Each fine costs time in every frame, and as much as a dozen frames
-# when it becomes a part. So the first round has the fines that a grain may come upon on its way,
-# the second those near its place.
-_ROUNDS = ((0.075, 0.09), (0.012, 0.04))
+# when it becomes a part. So the first round has the fines that most grains may come upon on their
+# way, the second those near their places. A second try has all that any grain may come upon.
+_ROUNDS = ((0.075, 0.11), (0.012, 0.04))
+_SECOND_TRY = ((0.05, 0.16), (0.012, 0.08))
 # Without inertia nothing moves fast, so fewer steps are enough: this share of those of the fall.
 _STEPS_SHARE = 1 / 2
 
@@ -39,12 +40,14 @@ def drop_meshes(prototypes, prototype_of, poses, tray, height, unit_um, settings
     return world.run(masses, "MESH", _FINE_MARGIN * settings["margin"])
 
 
-def sink_into_contact(prototypes, prototype_of, poses, tray, height, unit_um, settings):
+def sink_into_contact(
+    prototypes, prototype_of, poses, tray, height, unit_um, settings, is_second_try
+):
     """From the rest of the hulls, without inertia, until fines rest on fines."""
     settings = {**settings, "substeps": math.ceil(settings["substeps"] * _STEPS_SHARE)}
     dusty = _Dusty(prototypes, prototype_of, tray, unit_um)
     frames, history = 0, [poses]
-    for sinking, reach in _ROUNDS:
+    for sinking, reach in _SECOND_TRY if is_second_try else _ROUNDS:
         world = World(tray, height, settings)
         dusty.add_near(world, poses, reach * settings["scale"] * unit_um)
         margin = _FINE_MARGIN * settings["margin"]

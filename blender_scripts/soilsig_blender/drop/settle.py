@@ -36,7 +36,7 @@ class Drop:
     hulls: np.ndarray | None  # poses at the rest of the hulls, before fines touched; else None
 
 
-def drop(prototypes, packing) -> Drop:
+def drop(prototypes, packing, is_second_try=False) -> Drop:
     rng = stream(packing["seed"], "drop")
     prototype_of = _which(packing, rng)
     settings = packing["drop"]
@@ -66,7 +66,9 @@ def drop(prototypes, packing) -> Drop:
     frames, history, hulls = rest.frames, rest.history, None
     if rest.settled and settings["collision"] == "hull_then_fines":
         hulls = _in_um(rest.poses, unit_um)
-        rest = collision.sink_into_contact(prototypes, prototype_of, rest.poses, *bed)
+        rest = collision.sink_into_contact(
+            prototypes, prototype_of, rest.poses, *bed, is_second_try
+        )
         frames += rest.frames
         history = history + rest.history[1:]
     return Drop(
