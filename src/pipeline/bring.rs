@@ -45,7 +45,7 @@ impl Kept {
 
 impl Run<'_> {
     /// The beds that Blender drops, as placed geometry with the scene's materials and view. Of a
-    /// pair the bed whose fines touch comes first.
+    /// pair the hulls come first.
     pub(super) fn drop(
         &mut self,
         prepared: &Prepared,
@@ -100,8 +100,8 @@ impl Run<'_> {
                 let touching = format!("packings/{}-touching/", number + 1);
                 let [second, first] =
                     [bed("scene.json", Origin::Drawn), bed(HULLS, Origin::DrawnApart)];
-                beds.push(self.bring_bed(&touching, prepared, &second)?);
                 beds.push(self.bring_bed(&below, prepared, &first)?);
+                beds.push(self.bring_bed(&touching, prepared, &second)?);
                 self.bring_files_of(made, &touching, |_| true)?;
                 self.bring_files_of(made, &below, |file| file.starts_with("prototypes."))?;
             } else {
