@@ -1,8 +1,9 @@
 """Kills a sweep of small beds at many moments, and checks what is left.
 
-python3 scripts/kills.py PROGRAM KILLS
+python3 scripts/kills.py PROGRAM KILLS SECONDS
 
-Of each kill: no finished bed is lost, and none is made twice. In the end the results are those of a
+Each run lives for 1 to SECONDS: with 12 on a quiet machine some beds are finished in between. Of
+each kill: no finished bed is lost, and none is made twice. In the end the results are those of a
 sweep that was not killed.
 """
 
@@ -43,7 +44,16 @@ def beds(out):
     return found
 
 
-def main(program, kills):
+def drops(cache):
+    """The beds in the cache with the times at which they were dropped, without unfinished ones."""
+    found = {}
+    for folder, _, names in os.walk(cache):
+        if "drop.json" in names and "/." not in folder[len(cache) :]:
+            found[folder] = os.stat(os.path.join(folder, "drop.json")).st_mtime_ns
+    return found
+
+
+def main(program, kills, longest_s):
     place = tempfile.mkdtemp(prefix="soilsig-kills-")
     study = os.path.join(place, "study.json")
     with open(study, "w") as file:
@@ -61,14 +71,20 @@ def main(program, kills):
     for kill in range(kills):
         process = start("out", "cache")
         try:
-            process.wait(timeout=chance.uniform(1, 12))
+            process.wait(timeout=chance.uniform(1, longest_s))
             done += 1
         except subprocess.TimeoutExpired:
             process.send_signal(signal.SIGKILL)
             process.wait()
-        now = beds(os.path.join(place, "out"))
+        tables = beds(os.path.join(place, "out"))
+        dropped = drops(os.path.join(place, "cache"))
+        now = {**tables, **dropped}
         lost += sum(now.get(bed) != made for bed, made in before.items())
-        print(f"kill {kill + 1}: {len(now)} beds, {lost} lost or made twice", flush=True)
+        print(
+            f"kill {kill + 1}: {len(dropped)} dropped, {len(tables)} traced, "
+            f"{lost} lost or made twice",
+            flush=True,
+        )
         before = now
     start("out", "cache").wait()
     begin = time.monotonic()
@@ -85,4 +101,4 @@ def main(program, kills):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]))
+    main(sys.argv[1], int(sys.argv[2]), float(sys.argv[3]))
