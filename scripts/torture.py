@@ -55,6 +55,17 @@ def recipe(path):
     return path
 
 
+def ended(run, seconds):
+    """What a run said, within so many seconds in which this program itself is not stopped."""
+    for _ in range(10 * seconds):
+        try:
+            return run.communicate(timeout=0.1)[1]
+        except subprocess.TimeoutExpired:
+            pass
+    run.kill()
+    raise SystemExit(f"FOUND: a run goes on for over {seconds} s")
+
+
 class Trial:
     """A folder for results, one for the cache and one for temporary files."""
 
@@ -105,7 +116,7 @@ class Trial:
     def clean(self, seed):
         began = time.monotonic()
         run = self.start(seed)
-        _, said = run.communicate(timeout=900)
+        said = ended(run, 900)
         # What is in the cache is not made again.
         self.seconds = max(time.monotonic() - began, 0.5 * getattr(self, "seconds", 0))
         if run.returncode not in (0, 4):
@@ -157,8 +168,9 @@ class Trial:
             self.findings.append("the earlier result is gone")
         if now is not None and now not in (self.first, self.second):
             self.findings.append("the result is a mixture")
-        until = time.monotonic() + 5
-        while self.orphans() and time.monotonic() < until:
+        for _ in range(100):
+            if not self.orphans():
+                break
             time.sleep(0.05)
         self.findings += self.orphans()
         self.disturbed += 1
@@ -186,7 +198,7 @@ def kills(trial, number, chance):
         time.sleep(wait)
         is_running = run.poll() is None
         run.send_signal(how)
-        _, said = run.communicate(timeout=60)
+        said = ended(run, 60)
         counts["while running" if is_running else "after the end"] += 1
         if "panicked" in said:
             trial.findings.append(said)
@@ -206,7 +218,7 @@ def errors(trial, number, chance, library):
         if chance.random() < 0.5:
             more["FAIL_ON"] = 1
         run = trial.start("2", **more)
-        _, said = run.communicate(timeout=900)
+        said = ended(run, 900)
         what = f"write {at} fails with {errno.errorcode[code]}"
         if run.returncode in (0, 4):
             counts["not reached or borne"] += 1
@@ -246,7 +258,7 @@ def disks(whole, number, chance, folder):
             shutil.rmtree(place)
             place.symlink_to(disk)
             run = trial.start("2")
-            _, said = run.communicate(timeout=900)
+            said = ended(run, 900)
             what = f"{which} on a disk of {size}"
             if run.returncode in (0, 4):
                 counts["large enough"] += 1

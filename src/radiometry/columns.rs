@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::RadiometryError;
 use super::models::{self, Model};
 use crate::support::file_error::FileError;
-use crate::support::linear::rounded_within;
+use crate::support::linear::{LIKELY_UM, rounded_within};
 use crate::support::text;
 
 /// Endings of headings that name a unit of spectral radiance, with its factor to W m-2 sr-1 um-1.
@@ -95,10 +95,11 @@ impl Columns {
     /// # Errors
     /// A field that is not a finite number.
     pub fn column(&self, heading: &str) -> Result<Option<Vec<f64>>, RadiometryError> {
-        let Some(place) = self.headings.iter().position(|name| name.eq_ignore_ascii_case(heading))
-        else {
-            return Ok(None);
-        };
+        let is_of = |name: &str| name.eq_ignore_ascii_case(heading);
+        let Some(place) = self.headings.iter().position(is_of) else { return Ok(None) };
+        if self.headings.iter().skip(place + 1).any(is_of) {
+            return Err(self.wrong_file(format!("there are two columns {heading}")));
+        }
         let numbers = self.rows.iter().enumerate().map(|(row, record)| {
             let field = record.get(place).unwrap_or_default();
             let number = if self.has_decimal_commas {
@@ -162,12 +163,15 @@ impl Columns {
     /// The wavelengths, um, above 0.
     pub fn wavelength_um(&self) -> Result<Vec<f64>, RadiometryError> {
         let um = self.needed("wavelength_um")?;
-        match um.iter().position(|&um| um <= 0.0) {
-            Some(row) => {
-                Err(self.wrong(row, format!("{} is not a valid wavelength in um", um[row])))
-            }
-            None => Ok(um),
+        if let Some(row) = um.iter().position(|&um| um <= 0.0) {
+            return Err(self.wrong(row, format!("{} is not a valid wavelength in um", um[row])));
         }
+        let [least, most] = LIKELY_UM;
+        if um.iter().all(|um| *um > most) || um.iter().all(|um| *um < least) {
+            let problem = format!("wavelength_um: all are outside {least} to {most} um");
+            return Err(self.wrong_file(problem));
+        }
+        Ok(um)
     }
 
     /// The wavelengths in ascending order, um, each once, and their rows.

@@ -131,6 +131,17 @@ impl Quantity {
     }
 }
 
+/// What to do about values that seem to be percent.
+fn percent_hint(quantity: Quantity) -> &'static str {
+    if quantity.is_reflectance() {
+        "if the values are percent, say it: `soilsig spectra convert FILE --quantity \
+         reflectance-percent --out FILE.csv`; else leave out bad values by --range FROM-TO"
+    } else {
+        "if the values are percent, say it: `soilsig spectra convert FILE --quantity \
+         emissivity-percent --out FILE.csv`; else leave out bad values by --range FROM-TO"
+    }
+}
+
 /// A row of a file, with its line.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Row {
@@ -199,7 +210,18 @@ impl Tabulated {
                     Quantity::Reflectance => ("a reflectance", "0 to 1"),
                     Quantity::ReflectancePercent => ("a reflectance", "0 to 100 percent"),
                 };
-                return Err(wrong(row.line, format!("{what} of {value} is not within {bounds}")));
+                let problem = format!("{what} of {value} is not within {bounds}");
+                let error = FileError::wrong_in_line(path, row.line, problem);
+                // Most values above 1 are percent.
+                return Err(match quantity {
+                    Quantity::Emissivity | Quantity::Reflectance
+                        if (1.0..=100.0).contains(&value) =>
+                    {
+                        error.with_hint(percent_hint(quantity))
+                    }
+                    _ => error,
+                }
+                .into());
             }
             if let (true, Some(&last)) = (is_after_deleted, spectrum.wavelength_um.last()) {
                 spectrum.gaps_um.push([last, row.um]);

@@ -24,6 +24,8 @@ const LEAST_WAVE: u64 = 512;
 const GLANCE: u64 = 256;
 /// Least paths of a result.
 const LEAST: u64 = 8192;
+/// Paths after which a view that has met nothing is given up.
+const MOST_MISSED: u64 = 1 << 22;
 /// The variance of a mean over evenly spread paths falls with this power of their number
 /// (docs/physics/sampling.md).
 const EVENNESS: f64 = 1.2;
@@ -185,6 +187,9 @@ fn pilot(tracer: &Tracer, request: &Request) -> Result<(u64, u64), Error> {
 fn paths_needed(tally: &Tally, request: &Request) -> (u64, bool) {
     let tolerance = request.target.tolerance;
     let met = (tally.paths - tally.missed) as f64;
+    if met == 0.0 && tally.paths >= MOST_MISSED {
+        return (tally.paths, false);
+    }
     if met < 2.0 {
         // A small target in a wide view: look on.
         return (16 * tally.paths, false);

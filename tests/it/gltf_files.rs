@@ -306,6 +306,7 @@ fn instances_on_the_graphics_card_are_placed() {
     })
     .refusal();
     told += &instanced(|_| json!({"TRANSLATION": 77})).refusal();
+    told += &instanced(|file| json!({"translation": file.floats("VEC3", &[0.0; 12])})).refusal();
     told += &instanced(|file| json!({"TRANSLATION": file.floats("VEC4", &[0.0; 16])})).refusal();
     assert_snapshot!(told);
 }

@@ -476,6 +476,7 @@ fn what_cannot_be_read_of_an_obj_file_is_refused_by_name() {
         pit().replace("v 1 1 1", "v 1 1"),
         pit().replace("v 0 0 1", "v 0 0 \\\n 1").replace("f 3 7 8 4", "f 3 7 8 44"),
         pit().replace("f 3 7 8 4", "f 3 7 8 -9"),
+        pit().replace("f 3 7 8 4", "f 3,7,8,4"),
     ] {
         let error = bed(&content).expect_err(&content);
         told += &message(&error, error.hint());

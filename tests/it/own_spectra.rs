@@ -100,6 +100,102 @@ fn what_is_no_emissivity_is_refused_and_quantity_settles_what_is_not_known() {
 }
 
 #[test]
+fn a_word_or_sign_that_changes_a_quantity_makes_it_unclear() {
+    let reading = Reading { quantity: Some(Quantity::Reflectance), ..Reading::default() };
+    for word in [
+        "F(R)",
+        "delta R",
+        "\u{394}R",
+        "R_T",
+        "R^-1",
+        "R/R0",
+        "sqrt(R)",
+        "R offset",
+        "R-Rmin",
+        "R+T",
+        "reflectance + 0.1",
+        "Reflectance minus mean",
+        "residual reflectance",
+        "scaled reflectance",
+        "inverse reflectance",
+        "attenuated total reflectance",
+        "Reflectance (arb. units)",
+        "reflectance a.u.",
+        "100-R (%)",
+        "100 - reflectance (%)",
+        "reflectance loss (%)",
+        "emissivity contrast",
+        "stacked emissivity",
+    ] {
+        let text = format!("um,{word}\n{}", reflectance());
+        assert!(csv(&text).is_err(), "{word}");
+        is_right(one("s.csv", &text, &reading), word);
+    }
+    for word in [
+        "R (-)",
+        "R [1]",
+        "R_dh",
+        "mean R",
+        "spectral reflectance",
+        "diffuse reflectance",
+        "reflectance of roots",
+        "reflectance, sample 1-b",
+        "Reflectance / 1",
+        "quartz1-reflectance",
+    ] {
+        is_right(csv(&format!("um,\"{word}\"\n{}", reflectance())), word);
+    }
+    for prose in [
+        "# scaled reflectance\n",
+        "# reflectance, continuum removed\n",
+        "# radiance of the sample\n",
+    ] {
+        assert!(csv(&format!("{prose}{}", reflectance())).is_err(), "{prose}");
+    }
+    let below = format!("{}# values are transmittance\n", emissivity());
+    assert!(csv(&below).is_err(), "a comment below the numbers");
+}
+
+#[test]
+fn percent_that_no_value_or_every_value_gainsays_is_refused_in_every_format() {
+    let place = Place::new();
+    place.write(
+        "s.dx",
+        jcamp("MICROMETERS", "% REFLECTANCE", "##XYPOINTS=(XY..XY)\n8,.059\n9,.32\n10,.059"),
+    );
+    let header =
+        "Name: sand\nX Units: Wavelength (micrometers)\nY Units: Reflectance (percent)\n\n";
+    place.write("s.txt", format!("{header}{}", rows(|um| um, REFLECTANCE, "\t")));
+    for name in ["s.dx", "s.txt"] {
+        let error = read_one(&place.path(name), &Reading::default()).expect_err(name);
+        assert!(error.to_string().contains("percent"), "{error}");
+        let reading = Reading { quantity: Some(Quantity::Reflectance), ..Reading::default() };
+        is_right(read_one(&place.path(name), &reading), name);
+    }
+    let text = format!("um,reflectance\n{}", rows(|um| um, percent(REFLECTANCE), ","));
+    let error = csv(&text).expect_err("no fraction");
+    assert!(error.hint().is_some_and(|hint| hint.contains("reflectance-percent")), "{error}");
+    let reading = Reading { quantity: Some(Quantity::ReflectancePercent), ..Reading::default() };
+    is_right(one("s.csv", text, &reading), "as the hint says");
+    let words = format!("um,Reflectance (per cent)\n{}", rows(|um| um, percent(REFLECTANCE), ","));
+    is_right(csv(&words), "in two words");
+}
+
+#[test]
+fn a_unit_with_a_factor_is_read_or_refused() {
+    for heading in
+        ["Wavelength (10^-6 m)", "Wavelength (10\u{207b}\u{2076} m)", "wavelength (1e-6 m)"]
+    {
+        is_right(csv(&format!("{heading},emissivity\n{}", emissivity())), heading);
+    }
+    let nm = rows(|um| um * 1e3, EMISSIVITY, ",");
+    is_right(csv(&format!("Wavelength (10^-9 m),emissivity\n{nm}")), "1e-9 m");
+    for heading in ["10^3 cm-1", "wavelength (100 nm)", "wavelength (0.1 um)"] {
+        assert!(csv(&format!("{heading},emissivity\n{}", emissivity())).is_err(), "{heading}");
+    }
+}
+
+#[test]
 fn comments_and_lines_above_the_heading_are_heard() {
     for above in [
         "# quantity: reflectance\nwavelength_um,value\n",
@@ -174,6 +270,12 @@ fn units_are_heard_without_brackets_and_unknown_ones_are_refused() {
     let in_nm = csv(&rows(|um| um * 1e3, EMISSIVITY, ",")).expect("read as um");
     told += &format!("{}\n", in_nm.warnings[0]);
     assert_snapshot!(told);
+}
+
+#[test]
+fn bars_separate_columns_with_decimal_commas() {
+    let text = format!("wavelength_um|emissivity\n{}", rows(|um| um, EMISSIVITY, "|"));
+    is_right(csv(&text.replace('.', ",")), "bars");
 }
 
 #[test]
@@ -333,6 +435,9 @@ fn usgs_text_is_told_by_its_title_and_its_transmittance_refused() {
     for title in [
         "splib07a Record=13: Quartz GDS31 thin film 25um NIC4a TRAN",
         "splib07b Record=4021: Kaolinite KGa-1 KBr pellet NIC4bb TRAN",
+        "splib07a Record=13: Quartz GDS31 thin film of 25 um TRA",
+        "splib07a Record=13: Quartz GDS31 NIC4aTRAN",
+        "splib07a Record=13: Quartz GDS31 [TRANS]",
         "splib07a Record=14: Error bars of Quartz NIC4a AREF",
         "splib07a Record=15: Bandpass (FWHM) ASDFR",
         "splib07a Record=16: Quartz NIC4a Absorbance",

@@ -56,6 +56,7 @@ fn envi_images_are_found_and_read_as_other_programs_write_them() {
         "wavelength =\n{8, 8.5, 9, 9.5, 10}\nbbl =",
         "wavelength = {\n; centres\n8,\n8.5, 9, 9.5,\n10\n}",
         "description = {by {a tool},\n lines = 99}\nwavelength = {8, 8.5, 9, 9.5, 10}",
+        "wavelength = {8, 8.5, 9, 9.5, 10}\ninterleave = \"bsq\"",
         "WAVELENGTH = {8, 8.5, 9, 9.5, 10}\nbbl = {1.0, 1.0, 1.0, 1.0, 1.0}",
     ] {
         let place = Place::new();
@@ -74,20 +75,41 @@ fn envi_images_are_found_and_read_as_other_programs_write_them() {
         "units = microflicks",
         "data gain values = {2, 2, 2, 2, 2}",
         "file compression = 1",
+        "major frame offsets = {16, 0}",
     ] {
         let place = Place::new();
         write_image(&place, "s.img", "s.hdr", &format!("{WAVELENGTHS}\n{more}"));
         let args = ["retrieve", "s.img", "--temperature", "300", "--out", "e.img"];
         told += &place.refused(&args, 3);
     }
+    let place = Place::new();
+    let in_nm = "wavelength = {8000, 8500, 9000, 9500, 10000}";
+    write_image(&place, "s.img", "s.hdr", in_nm);
+    told += &place.refused(&["retrieve", "s.img", "--temperature", "300", "--out", "e.img"], 3);
     assert_snapshot!(told);
+}
+
+#[test]
+fn tables_that_have_two_columns_of_a_name_or_another_unit_are_refused() {
+    let place = Place::new();
+    place.write("two.csv", "wavelength_um,l_target_w_m2_sr_um,l_target_w_m2_sr_um\n8,8,1\n9,7,1\n");
+    place.write("nm.csv", "wavelength_um,l_target_w_m2_sr_um\n8000,8\n9000,7\n");
+    for (file, what) in [("two.csv", "two columns"), ("nm.csv", "outside 0.1 to 1000 um")] {
+        let said = place.refused(&["retrieve", file, "--temperature", "300"], 3);
+        assert!(said.contains(what), "{said}");
+    }
 }
 
 #[test]
 fn bands_that_have_no_result_are_told_with_their_reason() {
     let mut said = String::new();
-    for more in ["bbl = {1, 1, 1, 0, 1}", "bbl = {True, True, True, False, True}", "", "smile = 1"]
-    {
+    for more in [
+        "bbl = {1, 1, 1, 0, 1}",
+        "bbl = {True, True, True, False, True}",
+        "bbl = {1, 1, 1, NaN, 1}",
+        "",
+        "smile = 1",
+    ] {
         let place = Place::new();
         write_image(&place, "s.img", "s.hdr", &format!("{WAVELENGTHS}\n{more}"));
         if more.is_empty() {

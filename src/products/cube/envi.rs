@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::{Cube, CubeError};
 use crate::spectrum::format::envi::bands_um;
 use crate::support::envi::{self, Contents, Header, Kind};
+use crate::support::linear::{LIKELY_UM, ends, span};
 use crate::support::output::OutputError;
 use crate::support::resources::need_memory;
 
@@ -44,8 +45,9 @@ impl Cube {
         need_memory(&format!("{} of {lines} x {samples} x {bands}", path.display()), bytes)?;
         let numbers = header.data([lines, samples, bands])?;
         let bands_um = bands_um(&header, bands, None)?;
+        let interleave = header.get("interleave").unwrap_or("bsq").trim_matches(['"', '\'']);
         // Steps in the file from one band, line and sample to the next.
-        let steps = match header.get("interleave").unwrap_or("bsq").to_lowercase().as_str() {
+        let steps = match interleave.to_lowercase().as_str() {
             "bsq" => [lines * samples, samples, 1],
             "bil" => [samples, bands * samples, 1],
             "bip" => [1, samples * bands, bands],
@@ -56,6 +58,15 @@ impl Cube {
         good_um.sort_by(f64::total_cmp);
         if let Some(um) = good_um.iter().find(|um| !(um.is_finite() && **um > 0.0)) {
             return Err(wrong(format!("{um} um is not a valid wavelength")));
+        }
+        if good_um.last().is_some_and(|um| *um < LIKELY_UM[0])
+            || good_um.first().is_some_and(|um| *um > LIKELY_UM[1])
+        {
+            let problem = format!("its bands are at {} um", span(ends(&good_um)));
+            return Err(header
+                .wrong(problem)
+                .with_hint("write the unit of its wavelengths into `wavelength units`")
+                .into());
         }
         if let Some([um, _]) = good_um.windows(2).find(|pair| pair[0] == pair[1]) {
             return Err(wrong(format!("two bands are at {um} um: leave out one of them")));

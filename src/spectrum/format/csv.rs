@@ -55,7 +55,9 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
     let widths =
         lines().skip_while(|(i, _)| *i < first).map(|(_, line)| dialect.fields(line).len());
     let count = if count == 1 { widths.take(3).max().unwrap_or(count) } else { count };
-    let above = Above::new(lines().take_while(|(i, _)| *i < first).collect(), dialect, count);
+    let mut above = Above::new(lines().take_while(|(i, _)| *i < first).collect(), dialect, count);
+    // Comments below say as much.
+    above.lines.extend(lines().filter(|(i, line)| *i > first && is_comment(line)));
     let columns = above.columns(path, reading, count, first)?;
     let stated = match reading.unit.or(columns.unit) {
         None => above.unit(path)?,
@@ -86,10 +88,8 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
         };
         rows.push(Row { line: i as u64, um: unit.um(x), value });
     }
-    let says_percent = reading.quantity.is_none() && quantity.is_percent();
-    if says_percent && rows.iter().filter_map(|row| row.value).all(|value| value.abs() <= 1.0) {
-        return Err(unclear(path, "the heading says percent, but no value is above 1"));
-    }
+    let values = rows.iter().filter_map(|row| row.value);
+    super::refuse_small_percents(path, reading, quantity, values)?;
     let longest = rows.iter().map(|row| row.um).fold(0.0, f64::max);
     let mut spectrum = Tabulated::of_rows(path, rows, quantity, reading.range_um)?;
     if stated.is_none() && longest > LIKELY_UM[1] && spectrum.warnings.is_empty() {
@@ -279,7 +279,7 @@ impl<'a> Above<'a> {
         }
         let all_same = |all: &[(Said, String)]| {
             all.windows(2).all(|pair| pair[0].0 == pair[1].0)
-                && all.iter().all(|(said, _)| *said != Said::Both)
+                && all.iter().all(|(said, _)| *said != Said::Unclear)
         };
         let several = || unclear(path, "lines above the numbers name several quantities");
         stated.extend(in_heading);

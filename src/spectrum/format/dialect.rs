@@ -29,6 +29,8 @@ impl Dialect {
             with(Separator::Tab, line.contains(','))
         } else if line.contains(';') {
             with(Separator::Semicolon, line.contains(','))
+        } else if line.contains('|') {
+            with(Separator::Bar, line.contains(','))
         } else if line.contains(',') {
             let by_comma = with(Separator::Comma, false);
             let by_blanks = with(Separator::Blanks, true);
@@ -39,8 +41,6 @@ impl Dialect {
             // Quoted numbers may have decimal commas even so.
             let quoted = with(Separator::Comma, true);
             [by_comma, by_blanks, quoted].into_iter().find(fits).unwrap_or(by_comma)
-        } else if line.contains('|') {
-            with(Separator::Bar, false)
         } else {
             with(Separator::Blanks, false)
         };

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::words::{self, Said};
 use super::{
-    Reading, Tabulated, Unit, refuse_no_emissivity, row, text, unclear, unclear_unit, wrong,
+    Reading, Row, Tabulated, Unit, refuse_no_emissivity, row, text, unclear, unclear_unit, wrong,
 };
 use crate::spectrum::SpectrumError;
 use crate::spectrum::tabulated::Warning;
@@ -89,7 +89,7 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
     let rows = lines[end..].iter().skip_while(|(_, line)| !starts_with_number(line));
     // The order of the columns is stated too.
     let is_turned = get("first column").1.eq_ignore_ascii_case("y");
-    let rows: Vec<_> = rows
+    let rows: Vec<Row> = rows
         .filter(|(_, line)| !line.trim().is_empty())
         .map(|&(i, line)| {
             let mut fields: Vec<&str> = line.split_whitespace().collect();
@@ -104,6 +104,8 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
         let problem = format!("{count} values are announced, {} are there", rows.len());
         return Err(wrong(path, count_line, problem));
     }
+    let values = rows.iter().filter_map(|row| row.value);
+    super::refuse_small_percents(path, reading, quantity, values)?;
     let mut spectrum = Tabulated::of_rows(path, rows, quantity, reading.range_um)?;
     // Samples of one mineral differ only in size and number.
     let parts = ["name", "particle size", "sample no."].map(|key| get(key).1);

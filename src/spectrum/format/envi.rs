@@ -31,6 +31,9 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Vec<Tabulated>, Spe
     let bands = bands_um(&header, channels, reading.unit)?;
     let names = header.list("spectra names");
     let quantity = quantity(&header, reading)?;
+    let values = (0..spectra * channels).filter_map(|i| numbers.get(i).and_then(unless_deleted));
+    let values = values.map(|value| value / numbers.scale);
+    super::refuse_small_percents(&header.path, reading, quantity, values)?;
     let spectrum = |i: usize| {
         let row = |(channel, &(um, is_good)): (usize, &(f64, bool))| {
             let value = numbers.get(i * channels + channel).and_then(unless_deleted);
@@ -77,7 +80,7 @@ fn quantity(header: &Header, reading: &Reading) -> Result<Quantity, SpectrumErro
     }
     match said {
         Some(Said::Quantity(quantity)) => Ok(quantity),
-        Some(Said::Transmission | Said::Absorbance | Said::Both) => {
+        Some(Said::Transmission | Said::Absorbance | Said::Unclear) => {
             refuse_no_emissivity(&header.path, labels[1]).and_then(|()| {
                 Err(unclear(&header.path, "the description does not say what the values are"))
             })

@@ -124,7 +124,9 @@ impl Block<'_> {
             um: unit.um(x * x_factor),
             value: y.map(|y| y * y_factor),
         };
-        let rows = points.into_iter().map(row).collect();
+        let rows: Vec<Row> = points.into_iter().map(row).collect();
+        let values = rows.iter().filter_map(|row| row.value);
+        super::refuse_small_percents(path, reading, quantity, values)?;
         let mut spectrum = Tabulated::of_rows(path, rows, quantity, reading.range_um)?;
         spectrum.name = self.get("TITLE").map(|(_, title)| title.to_owned());
         if quantity.is_reflectance() {

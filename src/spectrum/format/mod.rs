@@ -206,8 +206,8 @@ fn settled(
         (Some(quantity), _) | (None, Some((Said::Quantity(quantity), _))) => Ok(quantity),
         (None, Some((Said::Transmission, said))) => Err(SpectrumError::Transmission { path, said }),
         (None, Some((Said::Absorbance, said))) => Err(SpectrumError::Absorbance { path, said }),
-        (None, Some((Said::Both, _))) => {
-            Err(unclear(&path, "it names emissivity and reflectance: which of them is not clear"))
+        (None, Some((Said::Unclear, said))) => {
+            Err(unclear(&path, format!("it is not clear what {said:?} says of the values")))
         }
         (None, None) => Ok(Quantity::Emissivity),
     }
@@ -221,6 +221,20 @@ fn unclear(path: &Path, problem: impl Into<Box<str>>) -> SpectrumError {
              FILE.csv`",
         )
         .into()
+}
+
+/// Refuses values all of which are at most 1 where the file says percent.
+fn refuse_small_percents(
+    path: &Path,
+    reading: &Reading,
+    quantity: Quantity,
+    mut values: impl Iterator<Item = f64>,
+) -> Result<(), SpectrumError> {
+    let says_percent = reading.quantity.is_none() && quantity.is_percent();
+    if says_percent && values.all(|value| value.abs() <= 1.0) {
+        return Err(unclear(path, "the heading says percent, but no value is above 1"));
+    }
+    Ok(())
 }
 
 /// A line that does not say clearly in which unit the wavelengths are.

@@ -58,10 +58,13 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
     Ok(spectrum)
 }
 
-/// The code of a measurement is the last word of a title: AREF and RREF are reflectances.
+/// The code of a measurement is the last word of a title: AREF and RREF are reflectances. Titles
+/// may be cut at 40 characters.
 fn refuse_transmission(path: &Path, title: &str) -> Result<(), SpectrumError> {
-    let is_code = |word: &str| word.eq_ignore_ascii_case("TRAN");
-    if title.split_whitespace().any(is_code) || title.to_lowercase().contains("transmi") {
+    let title_lower = title.to_lowercase();
+    let mut words = title_lower.split(|c: char| !c.is_ascii_alphanumeric());
+    let is_code = |word: &str| ["tran", "trans"].iter().any(|code| word.ends_with(code));
+    if words.any(is_code) || title_lower.ends_with(" tra") || title_lower.contains("transmi") {
         let (path, said) = (path.to_owned(), title.trim().to_owned());
         return Err(SpectrumError::Transmission { path, said });
     }

@@ -83,8 +83,8 @@ pub(super) enum Said {
     Transmission,
     /// It may be of a transmittance or of a reflectance.
     Absorbance,
-    /// Emissivity and reflectance.
-    Both,
+    /// Emissivity and reflectance, or one of them with a word that changes it.
+    Unclear,
 }
 
 /// What a column's heading says.
@@ -147,8 +147,17 @@ const NEUTRAL: [&str; 25] = [
     "photon",
 ];
 
-const EMISSIVITY: [&str; 8] =
-    ["emissivi", "emisivi", "emissiti", "emittan", "absorptan", "epsilon", "emmissi", "emisivit"];
+const EMISSIVITY: [&str; 9] = [
+    "emissivi",
+    "emisivi",
+    "emissiti",
+    "emittan",
+    "absorptan",
+    "epsilon",
+    "emmissi",
+    "emisivit",
+    "emissionsgrad",
+];
 const EMISSIVITY_SYMBOLS: [&str; 5] = ["emiss", "emis", "eps", "\u{3b5}", "\u{3f5}"];
 const REFLECTANCE: [&str; 10] = [
     "reflectan",
@@ -169,27 +178,76 @@ const TRANSMISSION_SYMBOLS: [&str; 3] = ["tran", "trans", "tau"];
 const ABSORBANCE: [&str; 4] = ["absorb", "absorpti", "extinc", "extinktion"];
 const ABSORBANCE_SYMBOLS: [&str; 2] = ["abs", "od"];
 /// Words that make another quantity of emissivity or reflectance.
-const OTHER: [&str; 20] = [
+const OTHER: [&str; 49] = [
+    "anomaly",
+    "arb",
+    "arbitrary",
+    "atr",
+    "attenuated",
+    "brdf",
+    "change",
+    "coefficient",
+    "contrast",
+    "counts",
+    "cr",
+    "delta",
+    "depth",
+    "difference",
+    "digital",
+    "gradient",
+    "hull",
+    "imaginary",
+    "inverse",
+    "inverted",
+    "ln",
     "log",
     "log10",
-    "ln",
+    "loss",
+    "minus",
+    "negative",
+    "noise",
+    "offset",
+    "phase",
+    "plus",
+    "product",
+    "pseudo",
+    "ratio",
+    "reciprocal",
+    "rescaled",
+    "residual",
+    "rms",
+    "root",
+    "scaled",
+    "scattering",
+    "shifted",
+    "slope",
+    "snr",
+    "sqrt",
+    "squared",
+    "stacked",
+    "sum",
+    "times",
+    "variance",
+];
+/// Beginnings of such words.
+const OTHERS: [&str; 10] = [
+    "continuum",
+    "cumulativ",
+    "deriv",
+    "detrend",
+    "integrated",
     "kubelka",
     "munk",
-    "deriv",
-    "derivative",
-    "first",
-    "second",
-    "continuum",
+    "normalis",
+    "normaliz",
     "removed",
-    "cr",
-    "normalised",
-    "normalized",
-    "scattering",
-    "ratio",
-    "difference",
-    "coefficient",
-    "brdf",
-    "hull",
+];
+/// Symbols that say nothing beside other letters.
+const LETTERS: [&str; 8] = ["r", "rho", "\u{3c1}", "eps", "epsilon", "\u{3b5}", "\u{3f5}", "emis"];
+/// Words that may stand beside such a symbol.
+const BESIDE_LETTERS: [&str; 16] = [
+    "percent", "pct", "of", "in", "d", "h", "dh", "hd", "dir", "hem", "lambda", "\u{3bb}", "wl",
+    "um", "nm", "factor",
 ];
 const ERRORS: [&str; 12] = [
     "std",
@@ -215,6 +273,12 @@ pub(super) fn column(text: &str) -> Column {
             || WAVELENGTHS.contains(&token.word)
             || starts(token.word, &WAVENUMBERS)
     };
+    // A factor, as in 10^3 cm-1.
+    let is_multiple =
+        |token: &Token| token.before.trim_end().ends_with(|c: char| c.is_ascii_digit());
+    if tokens.iter().any(|token| token.unit().is_some() && is_multiple(token)) {
+        return Column::Unknown;
+    }
     let is_neutral = |token: &Token| NEUTRAL.contains(&token.word) || token.word == "mu";
     if tokens.iter().any(known) && tokens.iter().all(|token| known(token) || is_neutral(token))
         || matches!(tokens[..], [Token { word: "x", .. }])
@@ -225,7 +289,7 @@ pub(super) fn column(text: &str) -> Column {
     if tokens.iter().any(|token| is_error(token.word)) {
         return Column::Errors;
     }
-    let said = said(text, true).filter(|said| *said != Said::Both);
+    let said = said(text, true).filter(|said| *said != Said::Unclear);
     said.map_or(Column::Unknown, Column::Values)
 }
 
@@ -256,21 +320,53 @@ pub(super) fn said(text: &str, with_symbols: bool) -> Option<Said> {
     if has(&ABSORBANCE, &ABSORBANCE_SYMBOLS) {
         return Some(Said::Absorbance);
     }
-    let squeezed: String = plain.split_whitespace().collect();
-    let is_other = tokens.iter().any(|token| OTHER.contains(&token.word))
-        || with_symbols && (squeezed.contains("1-") || squeezed.contains("1/"))
-        || tokens.iter().any(|token| token.word.contains("radian"));
-    let quantity =
-        match (has(&EMISSIVITY, &EMISSIVITY_SYMBOLS), has(&REFLECTANCE, &REFLECTANCE_SYMBOLS)) {
-            _ if is_other => return None,
-            (true, false) if is_percent => Quantity::EmissivityPercent,
-            (true, false) => Quantity::Emissivity,
-            (false, true) if is_percent => Quantity::ReflectancePercent,
-            (false, true) => Quantity::Reflectance,
-            (true, true) => return Some(Said::Both),
-            (false, false) => return None,
-        };
+    let is_emissivity = has(&EMISSIVITY, &EMISSIVITY_SYMBOLS);
+    let is_reflectance = has(&REFLECTANCE, &REFLECTANCE_SYMBOLS);
+    let is_other = has(&OTHERS, &[])
+        || tokens.iter().any(|token| OTHER.contains(&token.word))
+        || with_symbols && (is_formula(&plain) || !is_plain_symbol(&tokens));
+    let is_radiance = tokens.iter().any(|token| token.word.contains("radian"));
+    let quantity = match (is_emissivity, is_reflectance) {
+        (false, false) if is_radiance => return Some(Said::Unclear),
+        (false, false) => return None,
+        (true, true) => return Some(Said::Unclear),
+        _ if is_other || is_radiance => return Some(Said::Unclear),
+        (true, false) if is_percent => Quantity::EmissivityPercent,
+        (true, false) => Quantity::Emissivity,
+        (false, true) if is_percent => Quantity::ReflectancePercent,
+        (false, true) => Quantity::Reflectance,
+    };
     Some(Said::Quantity(quantity))
+}
+
+/// Whether a label is a formula, as 100 - R, 1/R or R + 0.1. A unit may follow a stroke.
+fn is_formula(plain: &str) -> bool {
+    let squeezed: String = plain.split_whitespace().collect();
+    let is_number = |word: &str| !word.is_empty() && word.chars().all(|c| c.is_ascii_digit());
+    let is_difference = |(at, _): (usize, &str)| {
+        let before = squeezed[..at].rsplit(|c: char| !c.is_alphanumeric() && c != '_').next();
+        before.is_some_and(is_number) && squeezed[at + 1..].starts_with(|c: char| c.is_alphabetic())
+    };
+    plain.contains(['+', '\u{2206}', '\u{3b4}', '\u{221a}', '\u{b2}'])
+        || plain.contains("a.u.")
+        || squeezed.match_indices(['-', '/']).any(is_difference)
+}
+
+/// Whether a label whose quantity is a letter, as R, says nothing else that may change it.
+fn is_plain_symbol(tokens: &[Token]) -> bool {
+    let is_letter = |token: &&Token| LETTERS.contains(&token.word);
+    match tokens.iter().filter(is_letter).count() {
+        0 => true,
+        1 => tokens.iter().all(|token| {
+            is_letter(&token) && !token.after.trim_start().starts_with("-1")
+                || BESIDE_LETTERS.contains(&token.word)
+                || starts(token.word, &EMISSIVITY)
+                || starts(token.word, &REFLECTANCE)
+                || ["spectral", "mean", "average", "directional", "hemispherical", "sample"]
+                    .contains(&token.word)
+        }),
+        _ => false,
+    }
 }
 
 /// Whether the reflectance that a label names is bidirectional.
@@ -313,15 +409,29 @@ fn plain(text: &str) -> String {
         '\u{f9}'..='\u{fc}' => 'u',
         '\u{207b}' | '\u{2212}' | '\u{2013}' => '-',
         '\u{b9}' => '1',
+        '\u{2076}' => '6',
+        '\u{2079}' => '9',
+        '\u{2070}' => '0',
         '\u{3bc}' => '\u{b5}',
         '$' | '\\' => ' ',
         other => other,
     };
     let text: String =
         text.to_lowercase().chars().map(plain).filter(|c| !"^{}*".contains(*c)).collect();
-    ["wave number", "wave-number", "wave_number", "nombre d'onde", "numero de onda"]
-        .iter()
-        .fold(text, |text, words| text.replace(words, "wavenumber"))
+    [
+        ("wave number", "wavenumber"),
+        ("wave-number", "wavenumber"),
+        ("wave_number", "wavenumber"),
+        ("nombre d'onde", "wavenumber"),
+        ("numero de onda", "wavenumber"),
+        ("per cent", "percent"),
+        ("10-6 m", "um"),
+        ("1e-6 m", "um"),
+        ("10-9 m", "nm"),
+        ("1e-9 m", "nm"),
+    ]
+    .iter()
+    .fold(text, |text, (words, word)| text.replace(words, word))
 }
 
 /// A word of a label, with what stands before and after it.

@@ -52,6 +52,10 @@ impl Header {
         if self.number("file compression")?.is_some_and(|packed| packed != 0.0) {
             return Err(self.wrong("its data are compressed: write them without compression"));
         }
+        let key = "major frame offsets";
+        if self.numbers(key)?.iter().any(|bytes| *bytes != 0.0) {
+            return Err(self.wrong(format!("{key} are not supported: write the data without them")));
+        }
         Ok(())
     }
 
@@ -99,7 +103,7 @@ impl Header {
             "false" => Ok(false),
             _ => item
                 .parse::<f64>()
-                .map(|good| good != 0.0)
+                .map(|good| good != 0.0 && !good.is_nan())
                 .map_err(|_| self.wrong(format!("bbl: {item:?} is not a number"))),
         }
     }

@@ -116,6 +116,13 @@ fn instances_of(
     node: usize,
     instances: &Instances,
 ) -> Result<Vec<DAffine3>, FileError> {
+    // Names of one's own begin with a line.
+    let is_known =
+        |name: &str| ["TRANSLATION", "ROTATION", "SCALE"].contains(&name) || name.starts_with('_');
+    if let Some(name) = instances.attributes.keys().find(|name| !is_known(name)) {
+        let problem = format!("the attribute {name:?} of its instances is not known");
+        return Err(FileError::wrong_at(data.path, format!("node {node}"), problem));
+    }
     let mut counts = Vec::new();
     let mut attribute = |name: &str, kind, numbers| {
         let number = instances.attributes.get(name).copied();

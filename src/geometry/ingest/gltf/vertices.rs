@@ -56,6 +56,9 @@ impl<'a> Vertices<'a> {
             }
             Err(wrong(&format!("accessor {number} has not as many elements as there are vertices")))
         };
+        if shape.weights().count() > primitive.targets.len() {
+            return Err(wrong("it has more weights than morph targets"));
+        }
         let targets = shape.weights().zip(&primitive.targets).filter(|&(weight, _)| weight != 0.0);
         let targets: Vec<(f64, &Attributes)> = targets.collect();
         for number in targets.iter().filter_map(|(_, target)| target.position) {

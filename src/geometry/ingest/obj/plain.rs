@@ -118,7 +118,7 @@ impl Writer {
                 self.normals += 1;
                 let _ = write!(self.text, "vn {x} {y} {z}");
             }
-            "f" | "fo" => self.face(rest),
+            "f" | "fo" => self.face(rest)?,
             "o" => self.begin(|part| part.object = Name(rest.to_owned()), is_whole),
             "g" if !self.has_objects => {
                 self.begin(|part| part.object = Name(rest.to_owned()), is_whole);
@@ -144,9 +144,13 @@ impl Writer {
     }
 
     /// A face; with fewer than three corners it is none.
-    fn face(&mut self, corners: &str) {
+    fn face(&mut self, corners: &str) -> Result<(), String> {
         if corners.split_whitespace().nth(2).is_none() {
-            return;
+            let is_index = |word: &&str| {
+                word.split('/').next().is_some_and(|index| index.parse::<i64>().is_ok())
+            };
+            let wrong = corners.split_whitespace().find(|word| !is_index(word));
+            return wrong.map_or(Ok(()), |word| Err(format!("{word:?} is not a vertex of a face")));
         }
         self.text.push('f');
         for corner in corners.split_whitespace() {
@@ -164,6 +168,7 @@ impl Writer {
                 let _ = write!(self.text, "//{normal}");
             }
         }
+        Ok(())
     }
 
     fn begin(&mut self, change: impl FnOnce(&mut Part), is_whole: bool) {
