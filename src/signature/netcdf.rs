@@ -81,10 +81,14 @@ pub fn variables(
 /// The attributes of a signature as a whole: texts, then numbers.
 #[allow(clippy::type_complexity, reason = "two lists of names and values")]
 pub fn attributes(table: &Table) -> (Vec<(&'static str, String)>, Vec<(&'static str, f64)>) {
+    let source = concat!("soilsig ", env!("CARGO_PKG_VERSION"));
+    let sha256: String = table.scene_sha256.chars().take(12).collect();
+    let history = format!("{source}: signature of scene {sha256} with seed {}", table.seed);
     let texts = vec![
         ("Conventions", "CF-1.11".to_owned()),
         ("title", table.scene.clone()),
-        ("source", concat!("soilsig ", env!("CARGO_PKG_VERSION")).to_owned()),
+        ("source", source.to_owned()),
+        ("history", history),
         ("scene_sha256", table.scene_sha256.clone()),
         ("seed", table.seed.to_string()),
     ];

@@ -25,7 +25,7 @@ const GLANCE: u64 = 256;
 /// Least paths of a result.
 const LEAST: u64 = 8192;
 /// Paths after which a view that has met nothing is given up.
-const MOST_MISSED: u64 = 1 << 22;
+const MOST_MISSED: u64 = 1 << 20;
 /// The variance of a mean over evenly spread paths falls with this power of their number
 /// (docs/physics/sampling.md).
 const EVENNESS: f64 = 1.2;
@@ -217,15 +217,16 @@ mod tests {
     use crate::tracer::rules::{Facet, MOST_HITS};
     use glam::DVec3;
 
-    #[test]
-    fn the_pilot_is_short_where_the_least_number_of_paths_is_twice_enough() {
-        // A bare floor: all paths weigh the same, and must number 3 / tolerance.
+    /// Nothing but a floor, or not even that.
+    fn bare(floor: Option<(f64, u16)>) -> Tracer {
         let domain = Domain::new(DVec3::ZERO, DVec3::ONE, Sides::Mirror);
-        let domain = Domain { floor: Some((0.0, 0)), ..domain };
+        let domain = Domain { floor, ..domain };
         let (meshes, placements) = (Vec::new(), Vec::new());
-        let bed = Bed { meshes, placements, domain, to_sensor: DVec3::Z, materials: 1 };
-        let tracer = Tracer::new(bed);
-        let rules = TracingRules {
+        Tracer::new(Bed { meshes, placements, domain, to_sensor: DVec3::Z, materials: 1 })
+    }
+
+    fn rules() -> TracingRules {
+        TracingRules {
             kept: Kept::PLAIN,
             facets: vec![Facet::LAMBERTIAN],
             sampler: Sampler::Even,
@@ -233,7 +234,23 @@ mod tests {
             greatest: vec![0.5],
             least_weight: 0.0,
             nodes: Vec::new(),
-        };
+        }
+    }
+
+    #[test]
+    fn a_view_that_meets_nothing_ends() {
+        let bands = [vec![0.5]];
+        let (tracer, rules) = (bare(None), rules());
+        let request = Request::new(&rules, 1, &bands, Target::of(0.01), &Unwatched);
+        let traced = trace(&tracer, &request).expect("nothing interrupts it");
+        assert_eq!(traced.tally.missed, traced.tally.paths);
+        assert!((MOST_MISSED..32 * MOST_MISSED).contains(&traced.tally.paths));
+    }
+
+    #[test]
+    fn the_pilot_is_short_where_the_least_number_of_paths_is_twice_enough() {
+        // A bare floor: all paths weigh the same, and must number 3 / tolerance.
+        let (tracer, rules) = (bare(Some((0.0, 0))), rules());
         let of = |tolerance: f64| {
             let bands = [vec![0.5]];
             let request = Request::new(&rules, 1, &bands, Target::of(tolerance), &Unwatched);

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use soilsig::table::Table;
 use soilsig::table::warning::Warning;
 
-use crate::support::{PIT_CORNERS, Place, emissivity, pit_lines, scene_of, trace_file};
+use crate::support::{PIT_CORNERS, Place, emissivity, pit_lines, scene_of, shipped, trace_file};
 
 /// Cubes of the unit 1 um, placed by the upper rows of these matrices, in a wide open scene.
 fn cubes(places: &[[f64; 12]]) -> Table {
@@ -84,4 +84,14 @@ fn a_pit_drawn_from_both_sides_gives_up_no_path() {
     assert!(table.inside.is_empty(), "{:?}", table.inside);
     let (mean, standard_error) = emissivity(&table);
     assert!((mean - 0.8454).abs() < 0.0023 + 3.0 * standard_error, "{mean} {standard_error}");
+}
+
+/// A warning means that something can be done; those of shipped scenes would teach to overlook it.
+#[test]
+fn the_shipped_patch_warns_of_nothing() {
+    let place = Place::new();
+    let scene = shipped("settled_patch.json");
+    let args = ["pipeline", "--scene", &scene, "--out", "out", "--tolerance", "0.02"];
+    let (out, said) = place.run(&args, 0);
+    assert!(!format!("{out}{said}").contains("warning"), "{out}{said}");
 }

@@ -63,6 +63,7 @@ assert not signature.isna().any(axis=None)
 
 curves = xr.open_dataset("signature.nc")
 assert curves.attrs["Conventions"].startswith("CF-")
+assert "scene" in curves.attrs["history"]
 assert curves.sizes == {"wavelength": len(BANDS_UM)}
 assert np.array_equal(curves.wavelength, BANDS_UM)
 assert curves.wavelength.attrs["standard_name"] == "radiation_wavelength"
