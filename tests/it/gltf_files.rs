@@ -369,7 +369,8 @@ fn morph_targets_are_added_by_their_weights() {
         json["meshes"][0]["weights"] = json!([1.0]);
         json["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": 0}]);
     });
-    assert_snapshot!(short.refusal());
+    let many = morphed().with(|json| json["meshes"][0]["weights"] = json!([0.5, 0.5]));
+    assert_snapshot!(short.refusal() + &many.refusal());
 }
 
 #[test]

@@ -126,6 +126,7 @@ fn a_word_or_sign_that_changes_a_quantity_makes_it_unclear() {
         "reflectance loss (%)",
         "emissivity contrast",
         "stacked emissivity",
+        "relative emissivity",
     ] {
         let text = format!("um,{word}\n{}", reflectance());
         assert!(csv(&text).is_err(), "{word}");

@@ -322,7 +322,10 @@ pub(super) fn said(text: &str, with_symbols: bool) -> Option<Said> {
     }
     let is_emissivity = has(&EMISSIVITY, &EMISSIVITY_SYMBOLS);
     let is_reflectance = has(&REFLECTANCE, &REFLECTANCE_SYMBOLS);
+    // Reflectance is measured relative to a standard; emissivity is not.
+    let is_relative = is_emissivity && tokens.iter().any(|token| token.word == "relative");
     let is_other = has(&OTHERS, &[])
+        || is_relative
         || tokens.iter().any(|token| OTHER.contains(&token.word))
         || with_symbols && (is_formula(&plain) || !is_plain_symbol(&tokens));
     let is_radiance = tokens.iter().any(|token| token.word.contains("radian"));
