@@ -30,7 +30,7 @@ use crate::table::warning::Warning;
 
 pub use change::ChangeError;
 pub use file::TableError;
-pub use material::TableMaterial;
+pub use material::{TableMaterial, feature_windows};
 pub use nodes::{Nodes, NodesError};
 pub use prepared::Prepared;
 pub(crate) use prepared::resolved;

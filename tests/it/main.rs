@@ -30,6 +30,7 @@ mod jacobian;
 mod library;
 mod matching;
 mod messages;
+mod minerals;
 mod mitsuba;
 mod obj_files;
 mod own_spectra;
