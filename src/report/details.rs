@@ -165,6 +165,9 @@ fn recorded(kept: Kept) -> String {
         return format!("its weight at {nodes} wavelengths, hits on the floor (facets refract)");
     }
     let mut parts = vec![match (kept.order, kept.cosines) {
+        (true, _) if kept.layers > 0 => {
+            "hits in their order, with depth and sun (the temperature depends on them)"
+        }
         (true, _) => "hits in their order (materials differ in temperature)",
         (false, 1) => "hits on each material",
         (false, _) => "hits",

@@ -322,9 +322,10 @@ impl Spectrum {
             }
             Self::Inverted(powder, _) => powder.windows(),
             Self::Mix(mix) => {
-                let known = mix.components().iter().filter_map(|(share, of)| {
-                    of.windows().map(|windows| (share, windows))
-                });
+                let known = mix
+                    .components()
+                    .iter()
+                    .filter_map(|(share, of)| of.windows().map(|windows| (share, windows)));
                 known.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, windows)| windows)
             }
             Self::Constant(_) | Self::Tabulated(_) => None,

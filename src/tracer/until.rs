@@ -228,6 +228,7 @@ mod tests {
             greatest: vec![0.5],
             least_weight: 0.0,
             nodes: Vec::new(),
+            layers: None,
         };
         let of = |tolerance: f64| {
             let bands = [vec![0.5]];

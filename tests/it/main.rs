@@ -27,6 +27,7 @@ mod image;
 mod independent_tracer;
 mod ingest;
 mod jacobian;
+mod layers;
 mod library;
 mod matching;
 mod messages;

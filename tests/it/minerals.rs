@@ -175,8 +175,7 @@ fn shipped_constants_obey_the_laws_of_optics() {
 fn found(spectrum: &Spectrum) -> Features {
     let [from, to] = spectrum.range_um().expect("bounded");
     let um: Vec<f64> = (0..=800).map(|i| from + (to - from) * f64::from(i) / 800.0).collect();
-    let curve: Vec<f64> =
-        um.iter().map(|&um| spectrum.emissivity(um).expect("in range")).collect();
+    let curve: Vec<f64> = um.iter().map(|&um| spectrum.emissivity(um).expect("in range")).collect();
     features(&um, &curve, Windows::of([spectrum]))
 }
 
