@@ -232,7 +232,7 @@ fn eq_2_is_flagged_and_what_layers_cannot_do_is_refused() {
     let case = |temperature: Value| Case { obj: obj.clone(), emissivities: vec![0.9], temperature };
     place.write("scene.json", case(skin.clone()).scene().to_string());
     place.run(&["trace", "scene.json", "--out", "t.json", "--paths", "2000"], 0);
-    let (out, _) = place.run(&["signature", "t.json", "--verbose"], 0);
+    let (out, _) = place.run(&["signature", "t.json", "--verbose", "--out", "s.csv"], 0);
     let mut said: String = out
         .lines()
         .filter(|line| line.contains("depth"))

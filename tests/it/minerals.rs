@@ -233,7 +233,7 @@ fn the_mineral_seen_most_names_the_features() {
     let calcite = || json!({"fresnel": "calcite"});
     let table = plates(&place, calcite(), json!({"builtin": "quartz_coarse"}));
     assert_eq!(feature_windows(&[table]).mineral, "calcite");
-    let args = ["signature", "t.json", "--verbose", "--plot", "out.svg"];
+    let args = ["signature", "t.json", "--verbose", "--out", "s.csv", "--plot", "out.svg"];
     let (out, _) = place.run(&args, 0);
     let line = out.lines().find(|line| line.contains("calcite: ")).expect("its features");
     assert!(line.contains("troughs"), "{line}");
@@ -267,7 +267,7 @@ fn a_file_of_constants_names_its_features_or_has_none() {
     let table = plates(&place, own.clone(), json!({"builtin": "quartz_coarse"}));
     let windows = feature_windows(std::slice::from_ref(&table));
     assert_eq!(windows, &Windows::default());
-    let (out, _) = place.run(&["signature", "t.json", "--verbose"], 0);
+    let (out, _) = place.run(&["signature", "t.json", "--verbose", "--out", "s.csv"], 0);
     assert!(!out.contains("Christiansen") && !out.contains("reststrahlen"), "{out}");
 
     file["features"] = json!({"mineral": "aragonite", "troughs_um": [[8, 7]]});
