@@ -86,11 +86,7 @@ impl Kept {
 
     /// Number of symbols.
     pub fn symbols(self, materials: usize) -> usize {
-        if self.nodes > 0 {
-            usize::from(self.nodes) + 1
-        } else {
-            materials * self.of_material()
-        }
+        if self.nodes > 0 { usize::from(self.nodes) + 1 } else { materials * self.of_material() }
     }
 
     /// Number of symbols of a material: its layers, each with all bins of cosines.

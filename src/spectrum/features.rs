@@ -110,7 +110,7 @@ fn quartz() -> Option<String> {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Features {
-    /// The mineral where whose features were searched; `None` if its file states none.
+    /// The mineral in whose windows features were searched; `None` if its file states none.
     #[serde(default = "quartz")]
     pub mineral: Option<String>,
     /// The Christiansen maximum, that of quartz between 7.2 and 7.6 um; `None` if the curve only

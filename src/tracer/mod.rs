@@ -267,8 +267,7 @@ impl Tracer {
                     left = mesh;
                     let facet = rules.facets[usize::from(material)];
                     let on = (material, self.layer(rules, ray, material, (point, normal)));
-                    let (symbol, hits) =
-                        tally.hit(on, facet.by_angle, -ray.direction.dot(normal));
+                    let (symbol, hits) = tally.hit(on, facet.by_angle, -ray.direction.dot(normal));
                     weight *= rules.greatest[symbol];
                     if hits >= rules.most_hits || weight * tally.share() < rules.least_weight {
                         return tally.give_up();

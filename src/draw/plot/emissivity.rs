@@ -209,8 +209,8 @@ impl Plot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spectrum::features::Windows;
     use crate::draw::plot::page::{LEFT, RIGHT};
+    use crate::spectrum::features::Windows;
 
     fn curve(label: &str, wavelength_um: Vec<f64>, emissivity: impl Fn(f64) -> f64) -> Curve {
         Curve {
