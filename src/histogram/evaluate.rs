@@ -32,7 +32,7 @@ pub struct Radiance {
 pub struct Sources<'a> {
     /// Reflectance of each symbol.
     pub reflectance: &'a [f64],
-    /// Radiance of a black body at the temperature of each material.
+    /// Radiance of a black body at the temperature of each material, layer by layer.
     pub l_blackbody: &'a [f64],
     /// Radiance of the sky in each zenith bin.
     pub l_sky: &'a [f64],
@@ -107,7 +107,7 @@ impl<const N: usize> Evaluator<N> {
 /// The radiance of facets and sky in `N` bands.
 struct Light<const N: usize> {
     cosines: usize,
-    /// Of each material.
+    /// Of each material, layer by layer.
     l_blackbody: Vec<[f64; N]>,
     /// Of each zenith bin.
     l_sky: Vec<[f64; N]>,

@@ -41,7 +41,8 @@ pub const WEIGHTS: u64 = 1 << 24;
 /// Symbols are the nodes, and one more for the floor: a state is a node and the hits on the floor,
 /// whose reflectance the weight leaves out.
 ///
-/// A hit is recorded as its *symbol*: the material and the bin of the cosine. Without order and
+/// A hit is recorded as its *symbol*: the material, its layer of temperature and the bin of the
+/// cosine. Without order and
 /// cosines a state is the number of hits on each material. Otherwise it lists the symbols of all
 /// hits, in their order or sorted. The zenith bin, if recorded, ends the state of an escaped path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -57,6 +58,10 @@ pub struct Kept {
     /// Wavelengths at which paths are traced apart; 0 where one path serves all bands.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub nodes: u16,
+    /// Layers of temperature of each material: depths, in shade and in the sun; 0 where a material
+    /// has one temperature.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub layers: u16,
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
@@ -67,7 +72,7 @@ fn is_zero(number: &u16) -> bool {
 impl Kept {
     /// Numbers of hits: enough for one temperature, an isotropic sky and reflectances that do not
     /// depend on the angle.
-    pub const PLAIN: Self = Self { order: false, cosines: 1, zeniths: 1, nodes: 0 };
+    pub const PLAIN: Self = Self { order: false, cosines: 1, zeniths: 1, nodes: 0, layers: 0 };
 
     /// Whether a state lists the hits, rather than counting those on each material.
     pub fn lists(self) -> bool {
@@ -81,11 +86,12 @@ impl Kept {
 
     /// Number of symbols.
     pub fn symbols(self, materials: usize) -> usize {
-        if self.nodes > 0 {
-            usize::from(self.nodes) + 1
-        } else {
-            materials * usize::from(self.cosines)
-        }
+        if self.nodes > 0 { usize::from(self.nodes) + 1 } else { materials * self.of_material() }
+    }
+
+    /// Number of symbols of a material: its layers, each with all bins of cosines.
+    pub fn of_material(self) -> usize {
+        usize::from(self.layers.max(1)) * usize::from(self.cosines)
     }
 
     /// The symbols of hits on a material; with nodes those on the floor, of whatever material.
@@ -93,7 +99,7 @@ impl Kept {
         if self.nodes > 0 {
             usize::from(self.nodes)..usize::from(self.nodes) + 1
         } else {
-            material * usize::from(self.cosines)..(material + 1) * usize::from(self.cosines)
+            material * self.of_material()..(material + 1) * self.of_material()
         }
     }
 
@@ -250,14 +256,21 @@ impl Tally {
         }
     }
 
-    /// Counts a hit of the current path; returns its symbol and the path's hits so far.
-    pub(crate) fn hit(&mut self, material: u16, by_angle: bool, cosine: f64) -> (usize, u16) {
+    /// Counts a hit of the current path on a layer of a material; returns its symbol and the path's
+    /// hits so far.
+    pub(crate) fn hit(
+        &mut self,
+        (material, layer): (u16, u16),
+        by_angle: bool,
+        cosine: f64,
+    ) -> (usize, u16) {
         let current = &mut self.current;
         if current.hits == 0 {
             self.first_hits[usize::from(material)] += 1;
         }
         let cosines = self.kept.cosines;
-        let symbol = material * cosines + if by_angle { bin(cosines, cosine) } else { 0 };
+        let symbol = (material * self.kept.layers.max(1) + layer) * cosines
+            + if by_angle { bin(cosines, cosine) } else { 0 };
         if self.kept.lists() {
             current.state.push(symbol);
         } else {

@@ -284,7 +284,7 @@ fn rules(materials: &[TableMaterial], by_angle: bool, bands: &[Vec<f64>]) -> Tra
         if facets[material].by_angle { 1.0 } else { of_bands }
     };
     let greatest: Vec<f64> = (0..materials.len())
-        .flat_map(|material| vec![greatest(material); usize::from(kept.cosines)])
+        .flat_map(|material| vec![greatest(material); kept.of_material()])
         .collect();
     let sampler = random::Sampler::Even;
     TracingRules {
@@ -295,6 +295,7 @@ fn rules(materials: &[TableMaterial], by_angle: bool, bands: &[Vec<f64>]) -> Tra
         greatest,
         least_weight: LEAST_WEIGHT,
         nodes: Vec::new(),
+        layers: None,
     }
 }
 

@@ -6,6 +6,7 @@ use super::estimation::{Estimation, Observed};
 use super::result::{Match, Quantity};
 use super::{summary, words};
 use crate::draw::plot::{self, Curve, Drawn, FitChart};
+use crate::spectrum::features::Windows;
 use crate::support::csv::{Csv, decimals};
 use crate::support::error::Error;
 use crate::support::math;
@@ -58,6 +59,7 @@ pub fn write(
         emissivity: values.to_vec(),
         half_width: errors.iter().map(|error| SIGMAS_95 * error).collect(),
         of_rays: Vec::new(),
+        windows: Windows::default(),
     };
     let quantity = match result.observed {
         Quantity::Emissivity => "Emissivity",

@@ -166,7 +166,7 @@ impl Soil {
             place.map_or(Ok(0.0), |i| known_error(spectra[i], um))
         };
         let errors = um.iter().map(|&um| Ok([error(Role::Fines, um)?, error(Role::Grains, um)?]));
-        let symbols = roles.iter().flat_map(|&role| vec![role; usize::from(kept.cosines)]);
+        let symbols = roles.iter().flat_map(|&role| vec![role; kept.of_material()]);
         Ok(Self {
             um: um.to_vec(),
             parameters,

@@ -11,7 +11,7 @@ pub struct Lit {
     pub wavelength_um: f64,
     /// Reflectance of each symbol of the histogram.
     pub reflectance: Vec<f64>,
-    /// Black-body radiance at the temperature of each material.
+    /// Black-body radiance at the temperature of each material, layer by layer.
     pub l_blackbody_of: Vec<f64>,
     /// Radiance of the sky in each zenith bin.
     pub l_sky: Vec<f64>,

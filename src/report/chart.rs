@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::Report;
 use crate::draw::plot::{Chart, Curve};
 use crate::signature::{Levels, not_valid_um};
-use crate::table::{Table, TableMaterial};
+use crate::table::{Table, TableMaterial, feature_windows};
 
 /// The chart of one scene's signature or of several.
 pub fn chart(
@@ -14,7 +14,7 @@ pub fn chart(
     versions: &BTreeMap<String, String>,
 ) -> Chart {
     let curve = |(tables, report): &(&[Table], &Report)| {
-        Curve::of(&tables[0].scene, &report.bands, &report.budget)
+        Curve::of(&tables[0].scene, &report.bands, &report.budget, feature_windows(tables))
     };
     let curves = signatures.iter().map(curve).collect();
     let (packings, _) = signatures[0];

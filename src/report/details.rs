@@ -6,6 +6,7 @@ use super::Reached;
 use crate::histogram::tally::Kept;
 use crate::signature::plan::{Beds, Plan};
 use crate::spectrum::FacetSource;
+use crate::spectrum::features::{Extremum, Features};
 use crate::table::cover::Cover;
 use crate::table::field::FieldSummary;
 
@@ -40,13 +41,15 @@ pub(super) fn lines(r: &Reached) -> Vec<String> {
     let seen = r.seen_first.iter().map(|(name, share)| format!("{name} {:.1} %", 100.0 * share));
     lines.push(format!("seen from above: {}", list(seen)));
     lines.extend(silhouettes(&r.coverage));
+    lines.extend(features(&r.features));
     if let Some(d) = r.features.reststrahlen {
         let error = r.features_half_width.and_then(|e| e.reststrahlen_contrast);
         let error = error.map_or(String::new(), |error| format!(" +- {error:.4}"));
         let [short, peak, long] = [d.short_trough, d.peak, d.long_trough]
             .map(|at| format!("{:.3} at {} um", at.emissivity, at.wavelength_um));
         lines.push(format!(
-            "reststrahlen: troughs {short} and {long}, peak {peak}, contrast {:.3}{error}",
+            "reststrahlen of {}: troughs {short} and {long}, peak {peak}, contrast {:.3}{error}",
+            r.features.mineral.as_deref().unwrap_or_default(),
             d.contrast
         ));
     }
@@ -55,6 +58,19 @@ pub(super) fn lines(r: &Reached) -> Vec<String> {
     }));
     lines.extend(r.retrieval.lines());
     lines
+}
+
+/// The Christiansen maximum and single troughs, in words of the mineral.
+fn features(found: &Features) -> Option<String> {
+    let mineral = found.mineral.as_deref()?;
+    let at = |of: &Extremum| format!("{:.3} at {} um", of.emissivity, of.wavelength_um);
+    let troughs = list(found.troughs.iter().map(at));
+    let parts = [
+        found.christiansen.map(|of| format!("Christiansen maximum {}", at(&of))),
+        (!troughs.is_empty()).then(|| format!("troughs {troughs}")),
+    ];
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    (!parts.is_empty()).then(|| format!("{mineral}: {}", parts.join("; ")))
 }
 
 fn list(items: impl Iterator<Item = String>) -> String {
@@ -149,6 +165,9 @@ fn recorded(kept: Kept) -> String {
         return format!("its weight at {nodes} wavelengths, hits on the floor (facets refract)");
     }
     let mut parts = vec![match (kept.order, kept.cosines) {
+        (true, _) if kept.layers > 0 => {
+            "hits in their order, with depth and sun (the temperature depends on them)"
+        }
         (true, _) => "hits in their order (materials differ in temperature)",
         (false, 1) => "hits on each material",
         (false, _) => "hits",

@@ -20,7 +20,7 @@ use crate::spectrum::features::{Features, features};
 use crate::support::error::Error;
 use crate::support::statistics::{half_width, wanted};
 use crate::table::field::FieldSummary;
-use crate::table::{Table, cover};
+use crate::table::{Table, cover, feature_windows};
 
 #[cfg(feature = "plots")]
 pub use chart::chart;
@@ -111,7 +111,7 @@ impl Report {
             floor_effect: budget.floor_effect,
             warnings: warnings::of_result(packings, &bands, tolerance, budget.floor_effect),
             retrieval: Retrieval::new(&packings[0], &bands, Assumed::EXACT),
-            features: features(wavelengths_um, &emissivity),
+            features: features(wavelengths_um, &emissivity, feature_windows(packings)),
             features_half_width: feature_errors(packings, wavelengths_um)?,
         };
         Ok(Self { bands, budget, reached })
@@ -126,7 +126,9 @@ fn feature_errors(packings: &[Table], um: &[f64]) -> Result<Option<FeatureErrors
     }
     // How drops differ; what touching fines change differs far less.
     let curves = curves(packings, um)?;
-    let of_each: Vec<Features> = levels.first(&curves).map(|curve| features(um, curve)).collect();
+    let windows = feature_windows(packings);
+    let of_each: Vec<Features> =
+        levels.first(&curves).map(|curve| features(um, curve, windows)).collect();
     let error = |of: &dyn Fn(&Features) -> Option<f64>| {
         half_width(&of_each.iter().map(of).collect::<Option<Vec<f64>>>()?)
     };

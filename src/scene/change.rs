@@ -178,7 +178,7 @@ mod tests {
             "sensor.pixels=[8, 4]",
         ])
         .expect("sound");
-        assert_eq!((scene.view.zenith_deg, scene.temperature_k), (35.0, 310.0));
+        assert_eq!((scene.view.zenith_deg, scene.temperature_k.kelvin()), (35.0, 310.0));
         assert_eq!(scene.sky_temperature_k, Some(Sky::Isotropic(290.0)));
         assert_eq!(scene.name, "tilted");
         let fine = scene.material_index("fine").expect("a material");

@@ -8,6 +8,7 @@
 mod change;
 mod check;
 mod grid;
+mod layers;
 mod packing;
 mod packing_check;
 mod placed;
@@ -29,6 +30,7 @@ use check::{Checked, need, temperature, unique, within};
 
 pub use change::Change;
 pub use grid::Grid;
+pub use layers::{Depth, Layers, SceneTemperature, Sun};
 pub use packing::{
     Collision, Cover, Drop, Dust, FineClass, Fines, FromLibrary, GrainClass, Packing, Shape,
     ShapeSource,
@@ -96,9 +98,8 @@ pub struct Scene {
     pub description: Option<String>,
     /// Random seed of the ray tracing, 0 to 2^64 - 1. A packing has its own.
     pub seed: u64,
-    /// Temperature of all materials without their own, K, 1 to 10000.
-    #[cfg_attr(feature = "schema", schemars(range(min = 1.0, max = 10_000.0)))]
-    pub temperature_k: f64,
+    /// Temperature of all materials without their own, K, 1 to 10000, or by depth and by the sun.
+    pub temperature_k: SceneTemperature,
     /// Temperature of the sky, K, 1 to 10000. Default: a cold black sky (`l_downwelling` = 0), as
     /// in the paper.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -233,9 +234,16 @@ impl Scene {
         }
     }
 
-    /// The temperature of a material, K.
+    /// The temperature of a material, K; where the scene has layers that of the first.
     pub fn temperature_of(&self, material: &Material) -> f64 {
-        material.temperature_k.unwrap_or(self.temperature_k)
+        material.temperature_k.unwrap_or(self.temperature_k.kelvin())
+    }
+
+    /// Whether facets differ in temperature.
+    pub fn is_of_temperatures(&self) -> bool {
+        let kelvin = self.temperature_k.kelvin();
+        self.temperature_k.layers().is_some()
+            || self.materials.iter().any(|m| self.temperature_of(m) != kelvin)
     }
 
     /// Whether the sky's radiance depends on the zenith angle.
@@ -285,7 +293,7 @@ impl Scene {
                 self.soilsig_scene
             )
         })?;
-        temperature(self.temperature_k, "temperature_k")?;
+        self.temperature_k.check(self.materials.len())?;
         if let Some(problem) = self.sky_temperature_k.as_ref().and_then(Sky::problem) {
             return Err(("sky_temperature_k".into(), problem));
         }

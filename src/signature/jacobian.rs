@@ -25,12 +25,12 @@ pub fn jacobian(packings: &[Table], wavelengths_um: &[f64]) -> Result<Vec<Vec<f6
     let histograms: Vec<_> = packings.iter().map(|table| &table.histogram).collect();
     let shares = Shares::of(&histograms);
     let mixture = shares.mixture(&Levels::of(packings).weights());
-    let cosines = usize::from(table.histogram.kept.cosines);
-    let symbols = table.materials.len() * cosines;
-    let of_material = |material: usize| -> Vec<f64> {
-        (0..symbols).map(|symbol| f64::from(u8::from(symbol / cosines == material))).collect()
+    let of_material = table.histogram.kept.of_material();
+    let symbols = table.materials.len() * of_material;
+    let direction = |material: usize| -> Vec<f64> {
+        (0..symbols).map(|symbol| f64::from(u8::from(symbol / of_material == material))).collect()
     };
-    let directions: Vec<Vec<f64>> = (0..table.materials.len()).map(of_material).collect();
+    let directions: Vec<Vec<f64>> = (0..table.materials.len()).map(direction).collect();
     let directions: Vec<&[f64]> = directions.iter().map(Vec::as_slice).collect();
     let slopes = |rho: &Vec<f64>| shares.weight(&[&mixture], rho, &directions).slopes;
     let by_band: Vec<Vec<f64>> =

@@ -1,20 +1,73 @@
-//! The features of a quartz emissivity curve that distinguish covered grains from bare ones.
+//! The features of an emissivity curve, searched where its mineral has them. Those of quartz tell
+//! covered grains from bare ones.
 //!
 //! A feature is `None` if its search window is outside the curve's range, or has no extremum
 //! between its ends. Grey materials have no extrema. Extrema are samples, without interpolation.
 
+use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
+use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
+use super::{Spectrum, crystal};
 use crate::support::linear::interpolate;
 
-/// Search windows, um. Crystalline quartz has its extrema at 7.35; 8.50, 8.63 and 8.94; 12.5, 12.65
-/// and 12.8. Cover by fines moves the troughs near 8.5 and 8.9 outwards: to 8.18 and 9.24 for fines
-/// alone.
-const CHRISTIANSEN_UM: RangeInclusive<f64> = 7.2..=7.6;
-const RESTSTRAHLEN_UM: [RangeInclusive<f64>; 3] = [8.05..=8.6, 8.55..=8.75, 8.75..=9.45];
-const DOUBLET_12_UM: [RangeInclusive<f64>; 3] = [12.4..=12.6, 12.55..=12.75, 12.7..=12.9];
+/// Where a mineral has its features: the windows in which they are searched, um. A file of optical
+/// constants holds them.
+///
+/// Crystalline quartz has its extrema at 7.35; 8.50, 8.63 and 8.94; 12.5, 12.65 and 12.8. Cover by
+/// fines moves the troughs near 8.5 and 8.9 outwards: to 8.18 and 9.24 for fines alone.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Windows {
+    /// The mineral's name.
+    pub mineral: String,
+    /// The Christiansen maximum.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub christiansen_um: Option<[f64; 2]>,
+    /// The reststrahlen doublet: trough, peak, trough.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reststrahlen_um: Option<[[f64; 2]; 3]>,
+    /// The doublet of quartz near 12 um: trough, peak, trough.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub doublet_12_um: Option<[[f64; 2]; 3]>,
+    /// Single troughs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub troughs_um: Vec<[f64; 2]>,
+    /// What charts shade, by its name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub shaded_um: BTreeMap<String, [f64; 2]>,
+}
+
+impl Windows {
+    /// Those of quartz.
+    pub fn quartz() -> &'static Self {
+        let quartz = crystal("quartz").expect("shipped");
+        quartz.features.as_ref().expect("a test reads them")
+    }
+
+    /// None: of a crystal whose file states no features.
+    pub(super) fn none() -> &'static Self {
+        static NONE: LazyLock<Windows> = LazyLock::new(Windows::default);
+        &NONE
+    }
+
+    /// Those of the first spectrum that is known to be of a mineral; of quartz where none is.
+    pub fn of<'a>(spectra: impl IntoIterator<Item = &'a Spectrum>) -> &'a Self {
+        spectra.into_iter().find_map(Spectrum::windows).unwrap_or_else(|| Self::quartz())
+    }
+
+    /// What is wrong with them, if anything is.
+    pub(in crate::spectrum) fn problem(&self) -> Option<String> {
+        let doublets = self.reststrahlen_um.iter().chain(&self.doublet_12_um).flatten();
+        let windows = self.christiansen_um.iter().chain(doublets).chain(&self.troughs_um);
+        let wrong = |[from, to]: &&[f64; 2]| !(*from > 0.0 && from < to && to.is_finite());
+        let wrong = windows.chain(self.shaded_um.values()).find(wrong);
+        wrong.map(|[from, to]| format!("features: {from} to {to} um is not a window"))
+    }
+}
+
 /// The window of the reststrahlen bands, um: cover by fines raises the emissivity there.
 pub const RESTSTRAHLEN_WINDOW_UM: RangeInclusive<f64> = 8.0..=9.5;
 /// The window of volume scattering, um: cover by fines lowers the emissivity there.
@@ -48,17 +101,28 @@ pub struct Doublet {
     pub contrast: f64,
 }
 
+/// Earlier results were searched where quartz has its features.
+fn quartz() -> Option<String> {
+    Some("quartz".into())
+}
+
 /// The features of one curve.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Features {
-    /// The Christiansen maximum, 7.2 to 7.6 um; `None` if the curve only rises or falls there, like
-    /// one that begins at 7.5 um.
+    /// The mineral in whose windows features were searched; `None` if its file states none.
+    #[serde(default = "quartz")]
+    pub mineral: Option<String>,
+    /// The Christiansen maximum, that of quartz between 7.2 and 7.6 um; `None` if the curve only
+    /// rises or falls there, like one that begins at 7.5 um.
     pub christiansen: Option<Extremum>,
-    /// The reststrahlen doublet, 8 to 9.5 um.
+    /// The reststrahlen doublet of quartz, 8 to 9.5 um.
     pub reststrahlen: Option<Doublet>,
-    /// The doublet at 12.5 and 12.8 um.
+    /// The doublet of quartz at 12.5 and 12.8 um.
     pub doublet_12_um: Option<Doublet>,
+    /// Single troughs of other minerals.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub troughs: Vec<Extremum>,
     /// Mean emissivity over 8 to 9.5 um.
     pub mean_8_to_9p5_um: Option<f64>,
     /// Mean emissivity over 10 to 12 um.
@@ -75,21 +139,24 @@ impl Features {
             .into_iter()
             .chain(doublet(self.reststrahlen))
             .chain(doublet(self.doublet_12_um))
+            .chain(self.troughs.iter().copied())
     }
 }
 
-/// Finds the features of a curve.
+/// Finds the features of a curve in the windows of its mineral.
 ///
 /// The wavelengths must ascend and be as many as the emissivities; all numbers must be finite.
 /// Otherwise the result means nothing.
-pub fn features(wavelength_um: &[f64], emissivity: &[f64]) -> Features {
+pub fn features(wavelength_um: &[f64], emissivity: &[f64], windows: &Windows) -> Features {
     debug_assert_eq!(wavelength_um.len(), emissivity.len());
     debug_assert!(wavelength_um.is_sorted());
     let curve = Curve { wavelength_um, emissivity };
     Features {
-        christiansen: curve.extremum(&CHRISTIANSEN_UM, 1.0),
-        reststrahlen: curve.doublet(&RESTSTRAHLEN_UM),
-        doublet_12_um: curve.doublet(&DOUBLET_12_UM),
+        mineral: (!windows.mineral.is_empty()).then(|| windows.mineral.clone()),
+        christiansen: windows.christiansen_um.and_then(|window| curve.extremum(window, 1.0)),
+        reststrahlen: windows.reststrahlen_um.and_then(|of| curve.doublet(of)),
+        doublet_12_um: windows.doublet_12_um.and_then(|of| curve.doublet(of)),
+        troughs: windows.troughs_um.iter().filter_map(|at| curve.extremum(*at, -1.0)).collect(),
         mean_8_to_9p5_um: curve.mean(&RESTSTRAHLEN_WINDOW_UM),
         mean_10_to_12_um: curve.mean(&TRANSPARENCY_WINDOW_UM),
     }
@@ -119,8 +186,8 @@ impl Curve<'_> {
     }
 
     /// The window's highest sample (`sign` 1) or lowest (-1), unless it is the end of a slope.
-    fn extremum(self, window_um: &RangeInclusive<f64>, sign: f64) -> Option<Extremum> {
-        let Self { wavelength_um, emissivity } = self.within(window_um);
+    fn extremum(self, [from, to]: [f64; 2], sign: f64) -> Option<Extremum> {
+        let Self { wavelength_um, emissivity } = self.within(&(from..=to));
         let height = |i: usize| sign * emissivity[i];
         // The first of equals: a reflectance rounded to 0 gives several samples of 1.
         let top = (0..emissivity.len()).min_by(|&i, &j| height(j).total_cmp(&height(i)))?;
@@ -129,7 +196,7 @@ impl Curve<'_> {
             .then(|| Extremum { wavelength_um: wavelength_um[top], emissivity: emissivity[top] })
     }
 
-    fn doublet(self, [short, middle, long]: &[RangeInclusive<f64>; 3]) -> Option<Doublet> {
+    fn doublet(self, [short, middle, long]: [[f64; 2]; 3]) -> Option<Doublet> {
         let [short_trough, long_trough] = [self.extremum(short, -1.0)?, self.extremum(long, -1.0)?];
         let peak = self.extremum(middle, 1.0)?;
         let in_order = short_trough.wavelength_um < peak.wavelength_um
@@ -179,7 +246,7 @@ mod tests {
     fn features_of(from_um: f64, to_um: f64, curve: impl Fn(f64) -> f64) -> Features {
         let wavelength_um = grid(from_um, to_um);
         let emissivity: Vec<f64> = wavelength_um.iter().map(|&w| curve(w)).collect();
-        features(&wavelength_um, &emissivity)
+        features(&wavelength_um, &emissivity, Windows::quartz())
     }
 
     #[test]
@@ -222,17 +289,17 @@ mod tests {
     fn means_are_exact_with_uneven_steps() {
         let wavelength_um = [7.0, 7.9, 8.1, 9.0, 9.4, 11.0];
         let emissivity = wavelength_um.map(|w| 0.1 * w);
-        let found = features(&wavelength_um, &emissivity);
+        let found = features(&wavelength_um, &emissivity, Windows::quartz());
         assert!((found.mean_8_to_9p5_um.unwrap() - 0.875).abs() < 1e-12);
         assert_eq!(found.mean_10_to_12_um, None);
     }
 
     #[test]
     fn short_curves_and_half_a_doublet_have_no_features() {
-        let nothing = features(&[], &[]);
+        let nothing = features(&[], &[], Windows::quartz());
         for found in [
-            features(&[8.6], &[0.5]),
-            features(&[7.0, 14.0], &[0.5, 0.6]),
+            features(&[8.6], &[0.5], Windows::quartz()),
+            features(&[7.0, 14.0], &[0.5, 0.6], Windows::quartz()),
             features_of(9.0, 9.4, quartz),
         ] {
             assert_eq!(found, nothing);

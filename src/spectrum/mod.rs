@@ -18,6 +18,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use crate::spectrum::features::Windows;
 use crate::spectrum::optics::{Crystal, PowderForm};
 use crate::support::linear::{OutOfRange, interpolate};
 
@@ -308,6 +309,26 @@ impl Spectrum {
             Self::Tabulated(points) => points.name.as_deref().unwrap_or(&points.file),
             Self::Inverted(powder, _) => powder.name(),
             Self::Mix(mix) => mix.name(),
+        }
+    }
+
+    /// Where its mineral has its features; `None` of a spectrum that does not say of what it is. Of
+    /// a mix its largest share decides.
+    pub fn windows(&self) -> Option<&Windows> {
+        match self {
+            Self::Builtin(_, form) => crystal(&form.parameters.constants).ok()?.features.as_ref(),
+            Self::Fresnel(_, crystal) | Self::Refractive(_, crystal) => {
+                Some(crystal.features.as_ref().unwrap_or_else(|| Windows::none()))
+            }
+            Self::Inverted(powder, _) => powder.windows(),
+            Self::Mix(mix) => {
+                let known = mix
+                    .components()
+                    .iter()
+                    .filter_map(|(share, of)| of.windows().map(|windows| (share, windows)));
+                known.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, windows)| windows)
+            }
+            Self::Constant(_) | Self::Tabulated(_) => None,
         }
     }
 

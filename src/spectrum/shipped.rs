@@ -22,6 +22,8 @@ const CRYSTALS: &Shipped = &[
     ("quartz_spitzer_kleinman", include_str!("../../spectra/quartz_spitzer_kleinman.json")),
     ("calcite", include_str!("../../spectra/calcite.json")),
     ("corundum", include_str!("../../spectra/corundum.json")),
+    ("forsterite", include_str!("../../spectra/forsterite.json")),
+    ("hematite", include_str!("../../spectra/hematite.json")),
 ];
 
 fn place(shipped: &Shipped, kind: &'static str, name: &str) -> Result<usize, SpectrumError> {

@@ -39,6 +39,9 @@ pub enum ChangeError {
          without the order of their hits; trace the scene again at that temperature"
     )]
     Temperature(f64),
+    /// The temperature depends on depth or sun.
+    #[error("the temperature of the scene depends on depth or sun; trace it again with another")]
+    Layers,
     /// No temperature at all.
     #[error("{0}")]
     Sky(String),
@@ -88,6 +91,9 @@ impl Table {
     pub fn set_temperature(&mut self, temperature_k: f64) -> Result<(), ChangeError> {
         if let Some(problem) = Sky::Isotropic(temperature_k).problem() {
             return Err(ChangeError::Sky(problem));
+        }
+        if self.layers.is_some() {
+            return Err(ChangeError::Layers);
         }
         self.temperature_k = temperature_k;
         if self.lacks_order() { Err(ChangeError::Temperature(temperature_k)) } else { Ok(()) }

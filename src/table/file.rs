@@ -9,7 +9,7 @@ use super::{FORMAT, Table, TableMaterial};
 use crate::histogram::Histogram;
 use crate::histogram::tally::CELLS;
 use crate::radiometry::{Atmosphere, SkyTable};
-use crate::scene::{Origin, Sky};
+use crate::scene::{Layers, Origin, Sky};
 use crate::support::error::Failure;
 use crate::support::file_error::FileError;
 use crate::support::output::{self, OutputError};
@@ -88,6 +88,9 @@ impl Table {
 
     /// The first contradiction in a table, if there is one.
     fn problem(&self) -> Option<String> {
+        if let Some((place, problem)) = self.layers.as_ref().and_then(Layers::problem) {
+            return Some(format!("layers.{place}: {problem}"));
+        }
         let materials = self.materials.len();
         let checked = self.histogram.check(materials, GROUPS).and_then(|()| {
             self.cells
@@ -119,7 +122,7 @@ impl Table {
             ),
             (
                 self.lacks_order(),
-                "materials differ in temperature, but the states do not record the order of hits",
+                "facets differ in temperature, but the states do not record the order of hits or their layers",
             ),
             (
                 !self.sky_radiance.as_ref().is_none_or(SkyTable::is_sound),
@@ -132,6 +135,10 @@ impl Table {
             (
                 !self.atmosphere.as_ref().is_none_or(Atmosphere::is_sound),
                 "atmosphere is malformed: unsorted, out of range, or columns of different length",
+            ),
+            (
+                self.nodes.is_some() && self.layers.is_some(),
+                "light through grains is traced at one temperature, but there are layers",
             ),
             (
                 usize::from(self.histogram.kept.nodes)
@@ -163,7 +170,7 @@ impl Table {
             (
                 t.scene.clone(),
                 t.materials.iter().map(TableMaterial::uncounted).collect::<Vec<_>>(),
-                t.temperature_k,
+                (t.temperature_k, t.layers.clone()),
                 (t.sky_temperature_k.clone(), t.sky_radiance.clone(), t.atmosphere.clone()),
                 (t.view, t.histogram.kept, t.nodes.clone()),
                 // A bed in the open alone has no cells.

@@ -2,7 +2,7 @@
 
 use super::{Table, TableMaterial};
 use crate::radiometry::{self, Lit, RadiometryError, SkyTable, Temperature};
-use crate::scene::Sky;
+use crate::scene::{Layers, Sky};
 use crate::support::error::Error;
 
 impl Table {
@@ -11,12 +11,17 @@ impl Table {
         Temperature { k: self.temperature_k, error_k: 0.0 }
     }
 
-    /// Whether materials differ in temperature though the order of hits was not recorded.
+    /// Whether facets differ in temperature though the order of hits or their layers were not
+    /// recorded.
     pub fn lacks_order(&self) -> bool {
+        let kept = self.histogram.kept;
+        if kept.layers != self.layers.as_ref().map_or(0, Layers::count) {
+            return true;
+        }
         let of = |material: &TableMaterial| material.temperature_k.unwrap_or(self.temperature_k);
         let mut all = self.materials.iter().map(of);
         let first = all.next();
-        !self.histogram.kept.order && all.any(|k| Some(k) != first)
+        !kept.order && (kept.layers > 1 || all.any(|k| Some(k) != first))
     }
 
     /// Why Eq. 2 is not exact with these temperatures and this sky; empty where it is.
@@ -25,6 +30,10 @@ impl Table {
         let mut reasons = Vec::new();
         if own.into_iter().any(|k| k != self.temperature_k) {
             reasons.push("materials differ in temperature".into());
+        }
+        if let Some(layers) = &self.layers {
+            let by = if layers.sun().is_some() { "depth or sun" } else { "depth" };
+            reasons.push(format!("the temperature depends on {by}"));
         }
         if self.sky_is_by_zenith() {
             reasons.push("the sky depends on the zenith angle".into());
@@ -50,6 +59,12 @@ impl Table {
     fn band_lit(&self, wavelength_um: f64, reflectance: Vec<f64>) -> Result<Lit, Error> {
         let planck = |temperature_k| radiometry::planck(wavelength_um, temperature_k);
         let own = |m: &TableMaterial| planck(m.temperature_k.unwrap_or(self.temperature_k));
+        let in_layers = |m: &TableMaterial| match &self.layers {
+            Some(layers) if m.temperature_k.is_none() => {
+                (0..layers.count()).map(|layer| planck(layers.temperature_k(layer))).collect()
+            }
+            layers => vec![own(m); usize::from(layers.as_ref().map_or(1, Layers::count))],
+        };
         let zeniths = self.histogram.kept.zeniths;
         let l_sky: Vec<f64> = (0..zeniths)
             .map(|bin| {
@@ -64,7 +79,7 @@ impl Table {
         Ok(Lit {
             wavelength_um,
             reflectance,
-            l_blackbody_of: self.materials.iter().map(own).collect(),
+            l_blackbody_of: self.materials.iter().flat_map(in_layers).collect(),
             l_downwelling: radiometry::l_downwelling(&l_sky),
             l_sky,
             l_blackbody: planck(self.temperature_k),

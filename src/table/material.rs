@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Table;
 use crate::spectrum::Spectrum;
+use crate::spectrum::features::Windows;
 
 /// Greatest share of light that may pass straight through a particle of `fresnel` facets along its
 /// mean chord. What passes is scattered in the bed and partly comes back, but facets count it as
@@ -19,6 +21,15 @@ pub const MOST_REFLECTED: f64 = 1.0 / 3.0;
 
 /// Least mean chord of a particle of `refractive` facets that reflect little, in wavelengths.
 pub const LEAST_WHERE_CLEAR: f64 = 0.5;
+
+/// Where the mineral that is seen most has its features, of beds of the same materials.
+pub fn feature_windows(packings: &[Table]) -> &Windows {
+    let materials = &packings[0].materials;
+    let seen = |i: &usize| packings.iter().map(|of| of.materials[*i].first_hits).sum::<u64>();
+    let mut by_share: Vec<usize> = (0..materials.len()).collect();
+    by_share.sort_by_key(|i| std::cmp::Reverse(seen(i)));
+    Windows::of(by_share.into_iter().map(|i| &materials[i].spectrum))
+}
 
 /// A material as the table counts it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

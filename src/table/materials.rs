@@ -60,7 +60,7 @@ impl Failure for MaterialError {
 /// Cosines within a bin at which a reflectance is taken.
 const WITHIN_BIN: u16 = 4;
 
-/// The reflectance of each symbol, by material and within it by cosine, at each wavelength.
+/// The reflectance of each symbol, by material and within it by layer and cosine, at each wavelength.
 pub fn reflectances(
     spectra: &[&Spectrum],
     kept: Kept,
@@ -83,6 +83,7 @@ pub fn reflectances(
         .map(|&um| {
             let mut all = Vec::with_capacity(kept.symbols(spectra.len()));
             for spectrum in spectra {
+                let first = all.len();
                 if spectrum.is_angular() && kept.cosines > 1 {
                     for bin in 0..kept.cosines {
                         all.push(of(spectrum, um, bin)?);
@@ -90,6 +91,10 @@ pub fn reflectances(
                 } else {
                     let reflectance = kirchhoff(spectrum.emissivity(um)?);
                     all.resize(all.len() + usize::from(kept.cosines), reflectance);
+                }
+                // Layers differ in temperature alone.
+                for _ in 1..kept.layers {
+                    all.extend_from_within(first..first + usize::from(kept.cosines));
                 }
             }
             Ok(all)

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 use crate::histogram::tally::{Outcomes, Tally};
 use crate::histogram::{Histogram, Mean};
 use crate::radiometry::{Atmosphere, SkyTable};
-use crate::scene::{Origin, Sky, View};
+use crate::scene::{Layers, Origin, Sky, View};
 use crate::spectrum::{Spectrum, SpectrumError};
 use crate::table::cover::Cover;
 use crate::table::field::FieldSummary;
@@ -30,7 +30,7 @@ use crate::table::warning::Warning;
 
 pub use change::ChangeError;
 pub use file::TableError;
-pub use material::TableMaterial;
+pub use material::{TableMaterial, feature_windows};
 pub use nodes::{Nodes, NodesError};
 pub use prepared::Prepared;
 pub(crate) use prepared::resolved;
@@ -51,6 +51,9 @@ pub struct Table {
     pub scene_sha256: String,
     /// Temperature of the scene, kelvin.
     pub temperature_k: f64,
+    /// Layers of temperature; `temperature_k` is then that of the first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub layers: Option<Layers>,
     /// Temperature of the sky, kelvin, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sky_temperature_k: Option<Sky>,

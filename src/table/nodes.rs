@@ -61,7 +61,7 @@ impl Failure for NodesError {
     fn hint(&self) -> Option<String> {
         Some(match self {
             Self::Radiance => {
-                "leave out temperature_k of materials, and give the sky one value".into()
+                "give temperature_k one value, leave it out of materials, and give the sky one value".into()
             }
             Self::Sides => "give \"sides\": \"mirror\"".into(),
             Self::Floor(_) => {
@@ -88,8 +88,7 @@ impl Nodes {
         if !materials.iter().any(|m| m.spectrum.is_refractive()) {
             return Ok(None);
         }
-        let own = scene.materials.iter().any(|m| scene.temperature_of(m) != scene.temperature_k);
-        if own || scene.sky_is_by_zenith() {
+        if scene.is_of_temperatures() || scene.sky_is_by_zenith() {
             return Err(NodesError::Radiance);
         }
         let floor = match &scene.geometry {

@@ -6,7 +6,7 @@ use super::materials::{MaterialError, ResolveError, reflectances, specular};
 use super::{Nodes, TableMaterial};
 use crate::histogram::tally::{COSINES, Kept, ZENITHS};
 use crate::radiometry::air::{Air, air};
-use crate::scene::{Material, Scene};
+use crate::scene::{Layers, Material, Scene};
 use crate::spectrum::Spectrum;
 use crate::support::error::Error;
 
@@ -43,10 +43,11 @@ impl Prepared {
         }
         let angular = materials.iter().any(|m| m.spectrum.is_angular());
         let kept = Kept {
-            order: scene.materials.iter().any(|m| scene.temperature_of(m) != scene.temperature_k),
+            order: scene.is_of_temperatures(),
             cosines: if angular { COSINES } else { 1 },
             zeniths: if scene.sky_is_by_zenith() { ZENITHS } else { 1 },
             nodes: 0,
+            layers: scene.temperature_k.layers().map_or(0, Layers::count),
         };
         for material in &materials {
             reflectances(&[&material.spectrum], kept, wavelengths_um)

@@ -45,6 +45,13 @@ pub(crate) struct Ray {
     turn: Turn,
 }
 
+impl Ray {
+    /// A ray from a place that this one met, along a direction of the field.
+    pub(crate) fn towards(self, origin: DVec3, direction: DVec3) -> Self {
+        Self { origin, direction: self.turn.to_patch(direction), ..self }
+    }
+}
+
 /// What a ray meets first. `H` is a hit on a mesh.
 pub(crate) enum Meets<H> {
     Mesh(H),

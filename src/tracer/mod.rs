@@ -17,7 +17,7 @@ mod turn;
 pub mod until;
 
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -62,6 +62,8 @@ pub struct Tracer {
     /// Distance by which a ray's origin is lifted off each placement's facets, um.
     lift_um: Arc<[f64]>,
     field: Field,
+    /// Height of the highest point, um, once it is needed.
+    top_um: OnceLock<f64>,
 }
 
 /// What the sensor sees at one place.
@@ -136,7 +138,7 @@ impl Tracer {
             .collect();
         let field = Field::new(&bed, bed.domain.sides);
         let (bed, accelerator) = (Arc::new(bed), Arc::new(accelerator));
-        Self { bed, scene_sha256, accelerator, lift_um, field }
+        Self { bed, scene_sha256, accelerator, lift_um, field, top_um: OnceLock::new() }
     }
 
     /// The same bed within other sides.
@@ -145,7 +147,8 @@ impl Tracer {
         let field = Field::new(&self.bed, sides);
         let (bed, accelerator) = (Arc::clone(&self.bed), Arc::clone(&self.accelerator));
         let (scene_sha256, lift_um) = (self.scene_sha256.clone(), Arc::clone(&self.lift_um));
-        Self { bed, scene_sha256, accelerator, lift_um, field }
+        let top_um = self.top_um.clone();
+        Self { bed, scene_sha256, accelerator, lift_um, field, top_um }
     }
 
     /// SHA-256 of the scene file and its meshes, if the bed was read from them.
@@ -263,8 +266,8 @@ impl Tracer {
                 Event::Hit { mesh, material, point, normal } => {
                     left = mesh;
                     let facet = rules.facets[usize::from(material)];
-                    let (symbol, hits) =
-                        tally.hit(material, facet.by_angle, -ray.direction.dot(normal));
+                    let on = (material, self.layer(rules, ray, material, (point, normal)));
+                    let (symbol, hits) = tally.hit(on, facet.by_angle, -ray.direction.dot(normal));
                     weight *= rules.greatest[symbol];
                     if hits >= rules.most_hits || weight * tally.share() < rules.least_weight {
                         return tally.give_up();
@@ -298,6 +301,32 @@ impl Tracer {
                 }
             }
         }
+    }
+
+    /// The layer of temperature of a place that a ray met, its point lifted off the surface.
+    fn layer(
+        &self,
+        rules: &TracingRules,
+        ray: Ray,
+        material: u16,
+        (point, normal): (DVec3, DVec3),
+    ) -> u16 {
+        let Some(of) = rules.layers.as_ref().filter(|of| of.has[usize::from(material)]) else {
+            return 0;
+        };
+        let in_sun = of.to_sun.is_some_and(|to_sun| {
+            let mut to_sun = ray.towards(point, to_sun);
+            to_sun.direction.dot(normal) > 0.0 && self.sees_sky(&mut to_sun)
+        });
+        of.layers.layer(self.top_um() - point.z, in_sun)
+    }
+
+    /// Height of the highest point of the bed, um.
+    fn top_um(&self) -> f64 {
+        *self.top_um.get_or_init(|| {
+            let (_, high) = Bed::bounds_um(&self.bed.meshes, &self.bed.placements);
+            self.bed.domain.floor.map_or(high.z, |(z_um, _)| high.z.max(z_um))
+        })
     }
 
     /// Tries several directions at a path's first hit, where rays reach the sky most often

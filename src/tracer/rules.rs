@@ -1,6 +1,10 @@
 //! How paths are traced, and what is recorded of each.
 
+use glam::DVec3;
+
+use crate::geometry::to_sensor;
 use crate::histogram::tally::Kept;
+use crate::scene::{Layers, Sun, View};
 use crate::support::random::Sampler;
 use crate::table::{Prepared, TableMaterial};
 use crate::tracer::light::Node;
@@ -41,6 +45,30 @@ pub struct TracingRules {
     pub least_weight: f64,
     /// What light does at each node, where facets are refractive.
     pub nodes: Vec<Node>,
+    /// Layers of temperature, if there are any.
+    pub layers: Option<LayersOf>,
+}
+
+/// Layers of temperature, made ready for tracing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LayersOf {
+    /// The layers.
+    pub layers: Layers,
+    /// The direction to the sun.
+    pub to_sun: Option<DVec3>,
+    /// Of each material whether it has them: others have a temperature of their own.
+    pub has: Vec<bool>,
+}
+
+impl LayersOf {
+    fn of(prepared: &Prepared) -> Option<Self> {
+        let layers = prepared.scene.temperature_k.layers()?.clone();
+        let to_sun = layers
+            .sun()
+            .map(|Sun { zenith_deg, azimuth_deg, .. }| to_sensor(View { zenith_deg, azimuth_deg }));
+        let has = prepared.materials.iter().map(|m| m.temperature_k.is_none()).collect();
+        Some(Self { layers, to_sun, has })
+    }
 }
 
 impl TracingRules {
@@ -55,7 +83,9 @@ impl TracingRules {
         let sampler = Sampler::Even;
         let nodes = prepared.nodes.as_ref();
         let nodes = nodes.map_or(Vec::new(), |nodes| Node::of(nodes, &prepared.materials));
-        Self { kept, facets, sampler, most_hits: MOST_HITS, greatest, least_weight: 0.0, nodes }
+        let layers = LayersOf::of(prepared);
+        let most_hits = MOST_HITS;
+        Self { kept, facets, sampler, most_hits, greatest, least_weight: 0.0, nodes, layers }
     }
 
     /// Gives up paths whose weight is below `least_weight` in each of the bands, which are given as

@@ -234,6 +234,7 @@ mod tests {
             greatest: vec![0.5],
             least_weight: 0.0,
             nodes: Vec::new(),
+            layers: None,
         }
     }
 

@@ -103,6 +103,7 @@ fn a_bed_within_a_fields_sides_is_that_field() {
         greatest: vec![1.0; 2],
         least_weight: 0.0,
         nodes: Vec::new(),
+        layers: None,
     };
     let tally = |tracer: &Tracer| {
         tracer.trace(&rules, 1, Purpose::Result, 0..4096, &|_| Ok(())).expect("traced")

@@ -147,6 +147,7 @@ fn the_model_at_a_cover_is_what_a_trace_of_that_bed_gives() {
         greatest: vec![1.0; materials.len()],
         least_weight: 0.0,
         nodes: Vec::new(),
+        layers: None,
     };
     let model = soil(FacetModel::Library, On::All, None);
     let paths = Paths { rules: &rules, seed: SEED + 1, number: 1 << 14 };

@@ -69,6 +69,7 @@ fn ours(path: &Path) -> Vec<Mean> {
         greatest: vec![1.0; 3],
         least_weight: 0.0,
         nodes: Vec::new(),
+        layers: None,
     };
     let rules = rules.ending_below(1e-4, &bands);
     let tally = tracer.trace(&rules, 1, Purpose::Result, 0..PATHS, &|_| Ok(())).expect("traced");

@@ -70,6 +70,7 @@ fn trace(bed: Bed, most_hits: u16, paths: u64) -> Tally {
         greatest,
         least_weight: 0.0,
         nodes: Vec::new(),
+        layers: None,
     };
     Tracer::new(bed).trace(&rules, 3, Purpose::Result, 0..paths, &|_| Ok(())).expect("traced")
 }

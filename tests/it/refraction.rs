@@ -1,7 +1,6 @@
 //! Light through grains, against closed forms, and what is refused.
 
 use std::f64::consts::PI;
-use std::fs;
 
 use insta::assert_snapshot;
 use num_complex::Complex64;
@@ -342,33 +341,4 @@ fn what_cannot_be_traced_with_refraction_is_refused() {
     said += &place.failed(&["signature", "t.json", "--range", "9-9", "--spectrum", "stone=0.5"]);
     said += &place.failed(&["signature", "t.json", "--range", "10-10"]);
     assert_snapshot!(said);
-}
-
-/// Every shipped set has its Christiansen point, n = 1, and the reflectance maxima of its bands where
-/// the literature has them.
-#[test]
-fn shipped_minerals_have_their_known_points() {
-    let crossing = |axis: &soilsig::spectrum::optics::Axis, near_um: f64| {
-        let above = |um: f64| axis.index(um).re > 1.0;
-        let steps = (0..400).map(|i| near_um - 0.2 + 0.001 * f64::from(i));
-        steps.clone().zip(steps.skip(1)).find(|(a, b)| above(*a) != above(*b)).map(|pair| pair.0)
-    };
-    let highest = |axis: &soilsig::spectrum::optics::Axis, from: f64, to: f64| {
-        let r = |um: f64| unpolarised_reflectance(axis.dielectric(um), 1.0);
-        let um = (0..=1000).map(|i| from + (to - from) * f64::from(i) / 1000.0);
-        um.max_by(|a, b| r(*a).total_cmp(&r(*b))).expect("some")
-    };
-    // Corundum, Querry (1987) by another method: n = 1 at 9.62 and 9.80 um.
-    let corundum = soilsig::spectrum::crystal("corundum").expect("shipped");
-    for ((_, axis), um) in corundum.axes.each().into_iter().zip([9.62, 9.80]) {
-        let found = crossing(axis, um).expect("it crosses");
-        assert!((found - um).abs() < 0.06, "{found} {um}");
-    }
-    // Calcite: the carbonate ion's modes 2 and 4 at 11.3-11.4 and 14.0-14.1 um.
-    let calcite = soilsig::spectrum::crystal("calcite").expect("shipped");
-    let axes = calcite.axes.each();
-    let (o, e) = (axes[0].1, axes[1].1);
-    assert!((highest(e, 10.5, 12.0) - 11.35).abs() < 0.1);
-    assert!((highest(o, 13.5, 14.5) - 14.05).abs() < 0.05);
-    let _ = fs::metadata("spectra/calcite.json").expect("a file, not code");
 }

@@ -8,6 +8,7 @@ use crate::cli::arguments::{ChartFile, spectrum_source};
 use crate::draw::plot::{self, Chart, Curve};
 use crate::scene::SpectrumSource;
 use crate::spectrum::Spectrum;
+use crate::spectrum::features::Windows;
 use crate::spectrum::format::{self, Format};
 use crate::support::error::Error;
 
@@ -58,7 +59,9 @@ pub(in crate::cli) fn drawn(
         let half_width = vec![0.0; emissivity.len()];
         let label = spectrum.name().into();
         let of_rays = Vec::new();
-        drawn.curves.push(Curve { label, wavelength_um, emissivity, half_width, of_rays });
+        let windows = Windows::of([spectrum]).clone();
+        let curve = Curve { label, wavelength_um, emissivity, half_width, of_rays, windows };
+        drawn.curves.push(curve);
         drawn.caption.push(match spectrum {
             Spectrum::Fresnel(..) => format!("{spectrum}: hemispherical emissivity of one facet."),
             _ => format!("{spectrum}."),

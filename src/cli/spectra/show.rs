@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::{Input, wavelengths};
 use crate::cli::Context;
-use crate::spectrum::features::features;
+use crate::spectrum::features::{Windows, features};
 use crate::spectrum::{Spectrum, format};
 use crate::support::error::Error;
 
@@ -14,7 +14,8 @@ pub(super) fn run(input: &Input, context: &Context) -> Result<(), Error> {
         text += &describe(&spectrum);
         let um = wavelengths(&spectrum, input.range)?;
         let emissivity = format::sampled(&spectrum, &um)?;
-        let found = features(&um, &emissivity);
+        let found = features(&um, &emissivity, Windows::of([&spectrum]));
+        let mineral = found.mineral.as_deref().unwrap_or_default();
         for (what, mean) in [
             ("mean over 8-9.5 um", found.mean_8_to_9p5_um),
             ("mean over 10-12 um", found.mean_10_to_12_um),
@@ -26,7 +27,7 @@ pub(super) fn run(input: &Input, context: &Context) -> Result<(), Error> {
         for extremum in found.extrema() {
             let _ = writeln!(
                 text,
-                "  extremum of quartz: {:.4} at {:.3} um",
+                "  extremum of {mineral}: {:.4} at {:.3} um",
                 extremum.emissivity, extremum.wavelength_um
             );
         }

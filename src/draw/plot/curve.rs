@@ -3,6 +3,7 @@
 use super::PlotError;
 use crate::signature::Band;
 use crate::signature::budget::Budget;
+use crate::spectrum::features::Windows;
 
 /// One emissivity curve.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,23 +18,26 @@ pub struct Curve {
     pub half_width: Vec<f64>,
     /// Half-widths of a darker band within, that of the rays alone; empty for none.
     pub of_rays: Vec<f64>,
+    /// Where its mineral has its features.
+    pub windows: Windows,
 }
 
 impl Curve {
     /// The curve of a signature with its budget.
-    pub fn of(label: &str, bands: &[Band], budget: &Budget) -> Self {
+    pub fn of(label: &str, bands: &[Band], budget: &Budget, windows: &Windows) -> Self {
         Self {
             label: label.to_owned(),
             wavelength_um: bands.iter().map(|band| band.wavelength_um).collect(),
             emissivity: bands.iter().map(|band| band.emissivity.mean).collect(),
             half_width: budget.bands.iter().map(|share| share.total).collect(),
             of_rays: budget.bands.iter().map(|share| share.rays).collect(),
+            windows: windows.clone(),
         }
     }
 
     /// Checks that the curve can be drawn.
     pub(super) fn check(&self) -> Result<(), PlotError> {
-        let Curve { label, wavelength_um, emissivity, half_width, of_rays } = self;
+        let Curve { label, wavelength_um, emissivity, half_width, of_rays, .. } = self;
         let wrong = |problem| Err(PlotError::Curve { label: label.clone(), problem });
         if [emissivity.len(), half_width.len()] != [wavelength_um.len(); 2] {
             return wrong(format!(
@@ -78,6 +82,7 @@ mod tests {
             emissivity: vec![0.0, 0.9, 1.0],
             half_width: vec![0.0, 0.01, 0.0],
             of_rays: vec![],
+            windows: Windows::default(),
         };
         curve.check().unwrap();
         change(&mut curve);

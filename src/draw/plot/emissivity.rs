@@ -1,6 +1,6 @@
-//! Emissivity against wavelength, with error bands and the features of quartz.
+//! Emissivity against wavelength, with error bands and the features of the mineral.
 
-use std::ops::RangeInclusive;
+use std::collections::BTreeSet;
 
 use super::PlotError;
 use super::axis::{Axis, round_step};
@@ -9,10 +9,10 @@ use super::label::Area;
 use super::legend::Pen;
 use super::page::{Layout, Page};
 use super::svg::{Anchor, Point, text_width};
-use crate::spectrum::features::{RESTSTRAHLEN_WINDOW_UM, TRANSPARENCY_WINDOW_UM, features};
+use crate::spectrum::features::features;
 
-/// A chart of one curve or several. The features of quartz are marked: with their wavelengths on a
-/// single curve, with circles on several.
+/// A chart of one curve or several. The features of each curve's mineral are marked: with their
+/// wavelengths on a single curve, with circles on several.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
     /// Title.
@@ -40,7 +40,11 @@ pub fn emissivity_svg(chart: &Chart) -> Result<String, PlotError> {
     let wavelengths = span(chart.curves.iter().flat_map(|c| &c.wavelength_um).copied());
     let wavelengths = wavelengths.ok_or(PlotError::Empty)?;
     let bands = chart.curves.iter().flat_map(|c| &c.half_width).any(|&h| h > 0.0);
-    let has_extrema = |c: &Curve| features(&c.wavelength_um, &c.emissivity).extrema().count() > 0;
+    let found = |c: &Curve| features(&c.wavelength_um, &c.emissivity, &c.windows);
+    let with_extrema = chart.curves.iter().map(found).filter(|f| f.extrema().next().is_some());
+    let minerals: BTreeSet<String> = with_extrema.filter_map(|found| found.mineral).collect();
+    let circles = (!minerals.is_empty())
+        .then(|| format!("Circles: extrema of {}.", Vec::from_iter(minerals).join(", ")));
     let rays = chart.curves.iter().any(|curve| !curve.of_rays.is_empty());
     let key = [
         bands.then_some(if rays {
@@ -48,7 +52,7 @@ pub fn emissivity_svg(chart: &Chart) -> Result<String, PlotError> {
         } else {
             "Shaded bands: uncertainty at 95 %."
         }),
-        chart.curves.iter().any(has_extrema).then_some("Circles: extrema of quartz."),
+        circles.as_deref(),
     ];
     let key: Vec<&str> = key.into_iter().flatten().collect();
     let bare = chart.bare;
@@ -69,8 +73,14 @@ pub fn emissivity_svg(chart: &Chart) -> Result<String, PlotError> {
         page,
     };
     if !bare {
-        plot.draw_window("Reststrahlen", &RESTSTRAHLEN_WINDOW_UM);
-        plot.draw_window("Transparency", &TRANSPARENCY_WINDOW_UM);
+        let shaded = chart.curves.iter().flat_map(|curve| &curve.windows.shaded_um);
+        let mut drawn = Vec::new();
+        for of in shaded {
+            if !drawn.contains(&of) {
+                plot.draw_window(of.0, *of.1);
+                drawn.push(of);
+            }
+        }
     }
     for &range_um in &chart.hatched_um {
         plot.draw_hatching(range_um);
@@ -130,9 +140,8 @@ impl Plot {
     }
 
     /// Shades a window and names it above the plot, with as many words as fit.
-    fn draw_window(&mut self, name: &str, window_um: &RangeInclusive<f64>) {
+    fn draw_window(&mut self, name: &str, [start, end]: [f64; 2]) {
         let Area { left, top, right, bottom } = self.page.area;
-        let (start, end) = (*window_um.start(), *window_um.end());
         let [from, to] = [start, end].map(|w| self.x.place(w).clamp(left, right));
         if to - from < 1.0 {
             return;
@@ -201,6 +210,7 @@ impl Plot {
 mod tests {
     use super::*;
     use crate::draw::plot::page::{LEFT, RIGHT};
+    use crate::spectrum::features::Windows;
 
     fn curve(label: &str, wavelength_um: Vec<f64>, emissivity: impl Fn(f64) -> f64) -> Curve {
         Curve {
@@ -208,6 +218,7 @@ mod tests {
             emissivity: wavelength_um.iter().map(|&w| emissivity(w)).collect(),
             half_width: vec![0.005; wavelength_um.len()],
             of_rays: vec![],
+            windows: Windows::quartz().clone(),
             wavelength_um,
         }
     }

@@ -196,6 +196,7 @@ mod tests {
             emissivity: vec![level, level - 0.1, level],
             half_width: vec![0.01; 3],
             of_rays: Vec::new(),
+            windows: crate::spectrum::features::Windows::default(),
         }
     }
 

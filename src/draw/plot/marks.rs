@@ -1,4 +1,4 @@
-//! The features of quartz, marked on a curve.
+//! The features of a mineral, marked on its curve.
 
 use super::curve::Curve;
 use super::emissivity::{MARK_SIZE, Plot};
@@ -11,7 +11,7 @@ use crate::support::math;
 impl Plot {
     /// Circles at the extrema, on request with their wavelengths.
     pub(super) fn mark_features(&mut self, curve: &Curve, pen: &Pen, name_them: bool) {
-        let found = features(&curve.wavelength_um, &curve.emissivity);
+        let found = features(&curve.wavelength_um, &curve.emissivity, &curve.windows);
         let circle = format!("fill='#ffffff' stroke='{}' stroke-width='1.3'", pen.colour);
         for extremum in found.extrema() {
             let at = self.place(extremum.wavelength_um, extremum.emissivity);

@@ -81,6 +81,11 @@ impl Exported<'_> {
                 material.name
             ));
         }
+        if to == To::Dirsig && self.scene.temperature_k.layers().is_some() {
+            lost.push(
+                "layers of temperature are not written: materials have that of the first".into(),
+            );
+        }
         lost.extend(match to {
             To::Dirsig => [
                 "platform, sensor, sky, atmosphere and seed are not written".to_owned(),

@@ -12,8 +12,8 @@ use glam::{DAffine3, DMat3, DVec3, EulerRot};
 
 use crate::geometry::ingest::obj::ObjFile;
 use crate::scene::{
-    FORMAT, Instance, Material, Origin, Placed, Prototype, Scene, SceneGeometry, SpectrumSource,
-    UpAxis, View,
+    FORMAT, Instance, Material, Origin, Placed, Prototype, Scene, SceneGeometry, SceneTemperature,
+    SpectrumSource, UpAxis, View,
 };
 use crate::spectrum::format::{self, Reading};
 use crate::support::error::Failure;
@@ -243,7 +243,7 @@ pub fn import(odb: &Path, mat: &Path, folder: &Path) -> Result<(Scene, Vec<Strin
         name: odb.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         description: Some("imported from DIRSIG's files".into()),
         seed: 1,
-        temperature_k: TEMPERATURE_K,
+        temperature_k: SceneTemperature::Same(TEMPERATURE_K),
         sky_temperature_k: None,
         sky_radiance: None,
         atmosphere_file: None,

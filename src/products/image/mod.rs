@@ -99,7 +99,7 @@ pub fn make(
         pilot: Evaluator::new(rules.kept, &pilot_lit, &pilot_bands),
         evaluator: Evaluator::new(rules.kept, &lit, &bands),
         bands: bands.centres_um.len(),
-        detectors: noise.map(|noise| Detectors::new(noise, scene.temperature_k, &bands)),
+        detectors: noise.map(|noise| Detectors::new(noise, scene.temperature_k.kelvin(), &bands)),
     };
     let [columns, lines] = camera.pixels;
     let size = Size { pixels: lines * columns, line: columns, bands: bands.centres_um.len() };
@@ -109,7 +109,7 @@ pub fn make(
     let about = About {
         title: &scene.name,
         scene_sha256: &table.scene_sha256,
-        temperature_k: scene.temperature_k,
+        temperature_k: scene.temperature_k.kelvin(),
         view_deg: [scene.view.zenith_deg, scene.view.azimuth_deg],
         seed: scene.seed,
         materials: &names,
@@ -122,7 +122,7 @@ pub fn make(
     };
     let set = netcdf::data_set(&about);
     let mut files = Files::new(out, &set, &about)?;
-    let mut shown = Shown::new(asked, &bands, scene.temperature_k);
+    let mut shown = Shown::new(asked, &bands, scene.temperature_k.kelvin());
     let mut made = Made::new(camera.pixels, bands.centres_um.len());
     made.warnings = warnings(&table, &bands, &is_bad);
     for first in (0..lines).step_by(LINES) {

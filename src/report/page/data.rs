@@ -250,8 +250,8 @@ impl TableData {
                 return state.into();
             }
             let mut hits = vec![0; count];
-            for &material in state {
-                hits[usize::from(material)] += 1;
+            for &symbol in state {
+                hits[usize::from(symbol) / kept.of_material()] += 1;
             }
             hits
         };

@@ -8,6 +8,7 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use super::fresnel::{hemispherical_mean, unpolarised_reflectance};
+use crate::spectrum::features::Windows;
 use crate::support::file_error::FileError;
 use crate::support::linear::interpolate;
 
@@ -160,6 +161,8 @@ pub struct Crystal {
     pub citation: String,
     /// Range of wavelengths in which they hold, um.
     pub range_um: [f64; 2],
+    /// Where emissivity curves of the mineral have their features.
+    pub features: Option<Windows>,
     /// The dielectric function along its axes.
     pub axes: Axes,
 }
@@ -184,6 +187,8 @@ struct CrystalFile {
     citation: String,
     range_um: [f64; 2],
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    features: Option<Windows>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     isotropic: Option<Axis>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     ordinary: Option<Axis>,
@@ -196,8 +201,8 @@ struct CrystalFile {
 impl TryFrom<CrystalFile> for Crystal {
     type Error = String;
     fn try_from(file: CrystalFile) -> Result<Self, String> {
-        let CrystalFile { title, citation, range_um, isotropic, ordinary, extraordinary, biaxial } =
-            file;
+        let CrystalFile { title, citation, range_um, features, .. } = file;
+        let CrystalFile { isotropic, ordinary, extraordinary, biaxial, .. } = file;
         let axes = match (isotropic, ordinary, extraordinary, biaxial) {
             (Some(axis), None, None, None) => Axes::Isotropic(axis.into()),
             (None, Some(o), Some(e), None) => Axes::Uniaxial([o, e].into()),
@@ -212,15 +217,16 @@ impl TryFrom<CrystalFile> for Crystal {
         if !(from >= 0.01 && from < to && to <= 1e4) {
             return Err(format!("range_um {from} to {to} is not a range within 0.01 to 10000 um"));
         }
-        match axes.each().iter().find_map(|(_, axis)| axis.problem(range_um)) {
+        let of_axes = axes.each().iter().find_map(|(_, axis)| axis.problem(range_um));
+        match of_axes.or_else(|| features.as_ref().and_then(Windows::problem)) {
             Some(problem) => Err(problem),
-            None => Ok(Self { title, citation, range_um, axes }),
+            None => Ok(Self { title, citation, range_um, features, axes }),
         }
     }
 }
 
 impl From<Crystal> for CrystalFile {
-    fn from(Crystal { title, citation, range_um, axes }: Crystal) -> Self {
+    fn from(Crystal { title, citation, range_um, features, axes }: Crystal) -> Self {
         let (mut isotropic, mut ordinary, mut extraordinary, mut biaxial) =
             (None, None, None, None);
         match axes {
@@ -231,7 +237,7 @@ impl From<Crystal> for CrystalFile {
             }
             Axes::Biaxial(axes) => biaxial = Some(*axes),
         }
-        Self { title, citation, range_um, isotropic, ordinary, extraordinary, biaxial }
+        Self { title, citation, range_um, features, isotropic, ordinary, extraordinary, biaxial }
     }
 }
 

@@ -161,6 +161,7 @@ mod tests {
     /// Known features of measured powders.
     #[test]
     fn shipped_forms_have_the_features_of_measured_quartz() {
+        use crate::spectrum::features::{Windows, features};
         for (name, christiansen_um, at_least, most_fitted) in [
             ("quartz_fine", 7.354, 0.997, 12),
             ("quartz_medium", 7.344, 0.9995, 11),
@@ -170,7 +171,7 @@ mod tests {
             let um: Vec<f64> = (730..=1400).map(|i| f64::from(i) / 100.0).collect();
             let curve: Vec<f64> =
                 um.iter().map(|&um| spectrum.emissivity(um).expect("in range")).collect();
-            let found = crate::spectrum::features::features(&um, &curve);
+            let found = features(&um, &curve, Windows::quartz());
             let christiansen = found.christiansen.expect("a maximum within the range");
             assert!(
                 (christiansen.wavelength_um - christiansen_um).abs() < 0.05,

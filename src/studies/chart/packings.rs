@@ -143,8 +143,8 @@ pub fn packings(
     let share = silhouette(&given.tables[0]);
     let grains: Vec<usize> =
         packing.grains.iter().filter_map(|class| scene.material_index(&class.material)).collect();
-    let cosines = usize::from(truth.tables[0].histogram.kept.cosines);
-    let mixed: Vec<_> = bands.iter().map(|rho| mixed(rho, cosines, &share, &grains)).collect();
+    let each = truth.tables[0].histogram.kept.of_material();
+    let mixed: Vec<_> = bands.iter().map(|rho| mixed(rho, each, &share, &grains)).collect();
     settings.extend(bare.settings(level, &mixed, &reference));
     Ok(Trade { scene: scene.name.clone(), reference, settings })
 }

@@ -134,11 +134,11 @@ fn tally(tracer: &Tracer, rules: &TracingRules, seed: u64, paths: u64) -> Result
 /// The linear mixing model: the emissivities of the visible materials, by their share of the view.
 fn mixture(tally: &Tally, rules: &TracingRules, bands: &[Vec<f64>]) -> Vec<f64> {
     let hits: u64 = tally.first_hits.iter().sum();
-    let cosines = usize::from(rules.kept.cosines);
+    let each = rules.kept.of_material();
     let of = |band: &Vec<f64>| {
-        let shares = tally.first_hits.iter().zip(band.chunks(cosines));
+        let shares = tally.first_hits.iter().zip(band.chunks(each));
         let reflected = shares
-            .map(|(&of, rho)| of as f64 * rho.iter().sum::<f64>() / cosines as f64 / hits as f64);
+            .map(|(&of, rho)| of as f64 * rho.iter().sum::<f64>() / each as f64 / hits as f64);
         1.0 - reflected.sum::<f64>()
     };
     bands.iter().map(of).collect()

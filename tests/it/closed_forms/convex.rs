@@ -20,6 +20,7 @@ fn trace(zenith_deg: f64) -> Tally {
         greatest: vec![1.0; 2],
         least_weight: 0.0,
         nodes: Vec::new(),
+        layers: None,
     };
     let tracer = Tracer::new(ball(zenith_deg));
     tracer.trace(&rules, 1, Purpose::Result, 0..PATHS, &|_| Ok(())).expect("not interrupted")

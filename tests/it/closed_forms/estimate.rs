@@ -86,6 +86,7 @@ fn traced(
         greatest: vec![1.0; bed.materials],
         least_weight: 0.0,
         nodes: Vec::new(),
+        layers: None,
     };
     let rules = rules.ending_below(LEAST_WEIGHT, reflectances);
     let tracers: Vec<Tracer> = view

@@ -362,6 +362,7 @@ pub fn optics() -> Inputs {
         &[include_str!("../../../spectra/quartz_spitzer_kleinman.json")],
         &[include_str!("../../../spectra/quartz_zeidler.json")],
         &[include_str!("../../../spectra/corundum.json")],
+        &[include_str!("../../../spectra/hematite.json")],
     ])
 }
 
