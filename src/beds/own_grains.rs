@@ -205,7 +205,7 @@ pub fn replace_shapes(packing: &mut Packing, folder: &Path) -> Result<(), OwnGra
 fn named(packing: &Packing) -> impl Iterator<Item = &String> {
     let of_shape = |(_, shape, _)| match shape {
         &ShapeSource::Library(FromLibrary { ref library }) => library.as_slice(),
-        ShapeSource::Modelled(_) => &[],
+        ShapeSource::Modelled(_) | ShapeSource::Form(_) => &[],
     };
     packing.shapes().flat_map(of_shape)
 }

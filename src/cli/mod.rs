@@ -22,6 +22,7 @@ mod report;
 mod retrieve;
 pub mod schema;
 mod signature;
+mod soil;
 mod spectra;
 mod stress;
 mod sweep;
@@ -61,6 +62,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Pipeline(pipeline::Args),
+    Soil(soil::Args),
     Sweep(sweep::Args),
     Trace(trace::Args),
     Merge(merge::Args),
@@ -185,6 +187,7 @@ impl<'a> Context<'a> {
     fn run(&self, command: &Command) -> Outcome {
         match command {
             Command::Pipeline(args) => pipeline::run(args, self),
+            Command::Soil(args) => soil::run(args, self),
             Command::Sweep(args) => sweep::run(args, self),
             Command::Trace(args) => trace::run(args, self),
             Command::Merge(args) => merge::run(args, self),

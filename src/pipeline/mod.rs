@@ -10,6 +10,7 @@ mod planned;
 pub mod record;
 mod result;
 mod results;
+mod soil;
 
 use std::path::Path;
 use std::time::SystemTime;
@@ -206,6 +207,9 @@ impl<'a> Run<'a> {
         self.folder.record.seeds.insert(rays, scene.seed);
         let (mut beds, tables, plan) = match &scene.geometry {
             SceneGeometry::Packing(packing) => {
+                if let Some(soil) = scene.soil_shares() {
+                    self.folder.monitor.say(&soil.line());
+                }
                 let key = self.folder.key("packing");
                 self.folder.record.seeds.insert(key, packing.seed);
                 match self.options.packings {
@@ -237,7 +241,8 @@ impl<'a> Run<'a> {
                 (beds, tables, None)
             }
         };
-        let report = self.signature(&scene, &tables, plan)?;
+        let mut report = self.signature(&scene, &tables, plan)?;
+        report.reached.soil = self.soil(&scene, &beds)?;
         self.picture(&mut beds[0], &tables[0])?;
         self.folder.record.reached.insert(scene.name.clone(), report.reached.clone());
         let told = Told { scene: scene.name.clone(), tables, report };

@@ -120,7 +120,8 @@ pub fn of_runs(folders: &[&Path]) -> Result<String, Error> {
             let tables = Table::read_packings(&paths)?;
             let um = record.options.grid.wavelengths_um();
             let tolerance = (reached.tolerance, reached.tolerance_of);
-            let report = Report::new(&tables, &um, tolerance, reached.plan)?;
+            let mut report = Report::new(&tables, &um, tolerance, reached.plan)?;
+            report.reached.soil = reached.soil.clone();
             all.push((
                 *folder,
                 record.clone(),

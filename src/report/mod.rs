@@ -111,6 +111,7 @@ impl Report {
             floor_effect: budget.floor_effect,
             warnings: warnings::of_result(packings, &bands, tolerance, budget.floor_effect),
             retrieval: Retrieval::new(&packings[0], &bands, Assumed::EXACT),
+            soil: None,
             features: features(wavelengths_um, &emissivity, feature_windows(packings)),
             features_half_width: feature_errors(packings, wavelengths_um)?,
         };

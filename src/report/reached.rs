@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Retrieval;
 use crate::histogram::tally::Kept;
+use crate::scene::SoilShares;
 use crate::signature::Window;
 use crate::signature::budget::Share;
 use crate::signature::plan::Plan;
@@ -89,6 +90,9 @@ pub struct Reached {
     pub warnings: Vec<Warning>,
     /// Results of Eq. 2.
     pub retrieval: Retrieval,
+    /// The shares of the soil that the scene states, if it does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub soil: Option<SoilShares>,
     /// The curve's extrema and means.
     pub features: Features,
     /// Half-widths of features by the spread between packings; `None` for a single packing.

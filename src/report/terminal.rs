@@ -3,6 +3,7 @@
 use super::limit::{self, Cost};
 use super::{Reached, details, warnings};
 use crate::radiometry::Retrieved;
+use crate::scene::SoilShares;
 use crate::signature::Window;
 use crate::signature::in_bands::InBand;
 use crate::spectrum::Mode;
@@ -25,6 +26,7 @@ pub fn blocks(scenes: &[Scene], with_details: bool) -> String {
             notes.push(note);
             lines.push(note.into());
         }
+        lines.extend(r.soil.as_ref().map(SoilShares::line));
         lines.extend(warnings::lines(r).into_iter().map(|warning| format!("warning: {warning}")));
         if with_details {
             lines.extend(details::lines(r));

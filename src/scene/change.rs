@@ -5,9 +5,9 @@ use std::path::Path;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
-use super::{Facets, Scene, SceneError};
+use super::{Facets, Packing, Scene, SceneError, SceneGeometry};
 use crate::support::file_error::FileError;
 
 /// A value that replaces one of the scene's: `view.zenith_deg=35`. Its text form is that of the
@@ -136,6 +136,10 @@ impl Scene {
         let words: Vec<String> = changes.iter().map(|change| format!("--set {change}")).collect();
         let at = format!("{} with {}", self.file.display(), words.join(" "));
         let mut value = serde_json::to_value(&self).expect("plain data");
+        if let SceneGeometry::Packing(Packing { soil: Some(soil), .. }) = &self.geometry {
+            // Its packing is made anew from the changed soil.
+            value["geometry"] = json!({ "soil": soil });
+        }
         for change in changes {
             change
                 .make(&mut value)

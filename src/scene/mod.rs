@@ -7,6 +7,7 @@
 
 mod change;
 mod check;
+mod counts;
 mod grid;
 mod layers;
 mod packing;
@@ -14,7 +15,11 @@ mod packing_check;
 mod placed;
 mod sensor;
 pub mod shipped;
+mod sizes;
 mod sky;
+mod soil;
+mod soil_check;
+mod soil_shares;
 mod source;
 
 use std::fs;
@@ -32,12 +37,15 @@ pub use change::Change;
 pub use grid::Grid;
 pub use layers::{Depth, Layers, SceneTemperature, Sun};
 pub use packing::{
-    Collision, Cover, Drop, Dust, FineClass, Fines, FromLibrary, GrainClass, Packing, Shape,
+    Collision, Cover, Drop, Dust, FineClass, Fines, Form, FromLibrary, GrainClass, Packing, Shape,
     ShapeSource,
 };
 pub use placed::{Domain, Floor, Instance, Origin, Placed, Prototype, Sides, UpAxis};
 pub use sensor::{Noise, Optics, Sensor, SensorBands};
+pub use sizes::{Distribution, Lognormal, Sizes};
 pub use sky::{Sky, SkyPoint, SkyRadiance};
+pub use soil::{DustKind, DustOn, Soil, SoilComponent};
+pub use soil_shares::{ComponentShares, Dressed, DustShares, SizeClass, SoilShares};
 pub use source::{Component, Constants, ConstantsFile, Facets, Inverted, SpectrumSource};
 
 /// The format's version, the value of `soilsig_scene`.
@@ -120,7 +128,7 @@ pub struct Scene {
     /// The surface materials, 1 to 1000: one for each size class of each mineral. The bounce table
     /// counts them in this order.
     pub materials: Vec<Material>,
-    /// The bed: a recipe, or placed meshes.
+    /// The bed: a soil, a recipe, or placed meshes.
     pub geometry: SceneGeometry,
 }
 
@@ -158,15 +166,50 @@ pub struct Material {
     pub specular: Option<f64>,
 }
 
-/// The bed: a recipe, or placed meshes.
+/// The bed: a recipe, or placed meshes. A soil becomes a packing when it is read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case", from = "Written")]
 pub enum SceneGeometry {
     /// A recipe for Blender.
     Packing(Packing),
     /// Meshes in their places.
     Placed(Placed),
+}
+
+/// The bed: a soil by its shares, a recipe, or placed meshes.
+#[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "SceneGeometry"))]
+#[serde(rename_all = "snake_case")]
+enum Written {
+    /// A soil by its shares, from which the program makes a recipe.
+    Soil(Soil),
+    /// A recipe for Blender.
+    Packing(Packing),
+    /// Meshes in their places.
+    Placed(Placed),
+}
+
+impl From<Written> for SceneGeometry {
+    fn from(written: Written) -> Self {
+        match written {
+            // `Scene::of` resolves it, once the materials are known.
+            Written::Soil(soil) => Self::Packing(soil.unresolved()),
+            Written::Packing(packing) => Self::Packing(packing),
+            Written::Placed(placed) => Self::Placed(placed),
+        }
+    }
+}
+
+#[cfg(feature = "schema")]
+impl JsonSchema for SceneGeometry {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        Written::schema_name()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        Written::json_schema(generator)
+    }
 }
 
 /// A file that a scene names.
@@ -208,7 +251,8 @@ impl Scene {
     fn of(read: serde_json::Result<Self>, path: &Path) -> Result<Self, SceneError> {
         let mut scene = read
             .map_err(|error| FileError::wrong(path, error.to_string()).with_hint(change::FORMAT))?;
-        scene.check().map_err(|(place, problem)| FileError::wrong_at(path, place, problem))?;
+        let checked = scene.check().and_then(|()| scene.resolve());
+        checked.map_err(|(place, problem)| FileError::wrong_at(path, place, problem))?;
         path.clone_into(&mut scene.file);
         Ok(scene)
     }
@@ -286,6 +330,27 @@ impl Scene {
         self.materials.iter().position(|material| material.name == name)
     }
 
+    /// Makes the packing of a soil, and checks it.
+    fn resolve(&mut self) -> Checked {
+        if let SceneGeometry::Packing(packing) = &mut self.geometry
+            && let Some(soil) = packing.soil.take()
+        {
+            *packing = soil.resolve()?.0;
+            // Keys that a soil has in common with a packing stand in the soil.
+            packing.check(&self.materials).map_err(|(place, problem)| {
+                (place.replace("geometry.packing", "geometry.soil"), problem)
+            })?;
+        }
+        Ok(())
+    }
+
+    /// The soil of the scene with the shares that its packing reaches, before Blender dresses the
+    /// grains; `None` if the scene states no soil.
+    pub fn soil_shares(&self) -> Option<SoilShares> {
+        let SceneGeometry::Packing(packing) = &self.geometry else { return None };
+        Some(packing.soil.as_ref()?.resolve().ok()?.1)
+    }
+
     fn check(&self) -> Checked {
         need(self.soilsig_scene == FORMAT, "soilsig_scene", || {
             format!(
@@ -337,7 +402,10 @@ impl Scene {
             }
         }
         match &self.geometry {
-            SceneGeometry::Packing(packing) => packing.check(&self.materials),
+            SceneGeometry::Packing(packing) => match &packing.soil {
+                Some(soil) => soil.check(&self.materials),
+                None => packing.check(&self.materials),
+            },
             SceneGeometry::Placed(placed) => placed.check(&self.materials),
         }
     }

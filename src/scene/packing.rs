@@ -1,5 +1,6 @@
 //! A recipe for a bed, which Blender carries out.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 #[cfg(feature = "schema")]
@@ -7,9 +8,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::packing_check::{
-    GRAIN_NAME, MOST, MOST_FRAMES, MOST_ITERATIONS, MOST_LAYERS, MOST_RIBS, MOST_SEED,
+    GRAIN_NAME, LEAST_FORM, MOST, MOST_FRAMES, MOST_ITERATIONS, MOST_LAYERS, MOST_RIBS, MOST_SEED,
     MOST_SUBSTEPS, MOST_VARIANTS, NAME,
 };
+use super::soil::Soil;
 use super::{FARTHEST_UM, Origin};
 
 /// A recipe for a bed of grains dusted with fines.
@@ -47,6 +49,9 @@ pub struct Packing {
     /// The rigid-body drop.
     #[serde(default)]
     pub drop: Drop,
+    /// The soil that it carries out, if the scene states one.
+    #[serde(skip)]
+    pub soil: Option<Box<Soil>>,
 }
 
 /// The five quartz shapes modelled after SEM images; each can have any diameter.
@@ -84,17 +89,45 @@ impl Shape {
 }
 
 /// Where the bodies of a class come from.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(
     untagged,
-    expecting = "a shape is one of fine_35, fine_60, grain_500, grain_640, grain_853, or {\"library\": [names of grains]}"
+    expecting = "a shape is one of fine_35, fine_60, grain_500, grain_640, grain_853, or {\"elongation\": x, \"flatness\": y}, or {\"library\": [names of grains]}"
 )]
 pub enum ShapeSource {
     /// One of the modelled shapes.
     Modelled(Shape),
+    /// A modelled shape of other proportions.
+    Form(Form),
     /// Grains of the library.
     Library(FromLibrary),
+}
+
+/// A modelled shape stretched to other proportions, as for plates and needles. L, I and S are its
+/// longest, middle and shortest diameter.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Form {
+    /// I/L, 0.1 to 1.
+    #[cfg_attr(feature = "schema", schemars(range(min = LEAST_FORM, max = 1)))]
+    pub elongation: f64,
+    /// S/I, 0.1 to 1.
+    #[cfg_attr(feature = "schema", schemars(range(min = LEAST_FORM, max = 1)))]
+    pub flatness: f64,
+    /// Wadell's sphericity, 0.1 to 1, that a body is to have within 0.03. Default: whatever the
+    /// stretched shape has.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = LEAST_FORM, max = 1)))]
+    pub sphericity: Option<f64>,
+    /// The shape that is stretched. Default: `grain_500`.
+    #[serde(default = "angular")]
+    pub like: Shape,
+}
+
+fn angular() -> Shape {
+    Shape::Grain500
 }
 
 /// Grains of the packing's library, in turn.
@@ -133,6 +166,10 @@ pub struct GrainClass {
     pub count: u32,
     /// How many fines sit on each.
     pub fines: Fines,
+    /// Shares of the fines on these grains by number, by the names of their classes; together 1.
+    /// Default: those of the classes.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub fine_shares: BTreeMap<String, f64>,
 }
 
 /// How many fines sit on a grain.

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use super::check::{Checked, at_most, need, positive, within};
 use super::packing::{
-    Cover, Drop, FineClass, Fines, FromLibrary, GrainClass, Packing, ShapeSource,
+    Cover, Drop, FineClass, Fines, Form, FromLibrary, GrainClass, Packing, ShapeSource,
 };
 use super::{FARTHEST_UM, Material, known};
 
@@ -32,6 +32,9 @@ pub(super) const MOST_ITERATIONS: u32 = 1000;
 
 /// Most frames of a drop.
 pub(super) const MOST_FRAMES: u32 = 100_000;
+
+/// Least proportion of a stretched shape.
+pub(super) const LEAST_FORM: f64 = 0.1;
 
 /// Longest name of a class or of a grain: Blender cuts longer ones off.
 const LONGEST_NAME: usize = 40;
@@ -98,6 +101,13 @@ impl Packing {
                 "grains of the library are not modelled: leave it out".into()
             })?;
         }
+        if let ShapeSource::Form(Form { elongation, flatness, sphericity, .. }) = shape {
+            let of = [("elongation", Some(*elongation)), ("flatness", Some(*flatness))];
+            for (key, value) in of.into_iter().chain([("sphericity", *sphericity)]) {
+                let shape_at = at(&format!("{place}.shape.{key}"));
+                within(value.unwrap_or(1.0), LEAST_FORM..=1.0, &shape_at)?;
+            }
+        }
         at_most(ribs.unwrap_or(0), MOST_RIBS, &ribs_at)
     }
 
@@ -112,6 +122,18 @@ impl Packing {
             Fines::Cover(Cover { silhouette }) => {
                 within(silhouette, 0.0..=1.0, &at("fines.silhouette"))?;
             }
+        }
+        let shares = &grain.fine_shares;
+        let sum: f64 = shares.values().sum();
+        need(shares.is_empty() || (sum - 1.0).abs() < 1e-6, &at("fine_shares"), || {
+            format!("the shares make {sum}, not 1")
+        })?;
+        for (name, share) in shares {
+            let place = at(&format!("fine_shares.{name}"));
+            within(*share, 0.0..=1.0, &place)?;
+            need(self.fines.iter().any(|fine| fine.name == *name), &place, || {
+                "there is no class of fines of this name".into()
+            })?;
         }
         need(grain.fines.is_none() || !self.fines.is_empty(), &self::at("fines"), || {
             format!("{} wants fines, but there is no class of them", grain.name)
@@ -148,7 +170,7 @@ impl Packing {
     fn variants_of(&self, grain: &GrainClass) -> u32 {
         let names = match &grain.shape {
             ShapeSource::Library(FromLibrary { library }) => library.len() as u32,
-            ShapeSource::Modelled(_) => 1,
+            ShapeSource::Modelled(_) | ShapeSource::Form(_) => 1,
         };
         (self.variants.div_ceil(names).saturating_mul(names)).min(grain.count)
     }

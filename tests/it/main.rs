@@ -56,6 +56,7 @@ mod rules;
 mod sensors;
 mod separation;
 mod shards;
+mod soils;
 mod spectra;
 mod strangers;
 mod stress;

@@ -50,6 +50,24 @@ class Ribs(unittest.TestCase):
             np.testing.assert_array_equal(one.vertices, other.vertices)
 
 
+class FineShares(unittest.TestCase):
+    def test_a_class_of_grains_has_its_own_shares_and_its_kinds_make_the_cover(self):
+        def change(packing):
+            packing["grains"][0].update(fines=100, fine_shares={"fine_60": 1})
+            packing["grains"][1].update(fines=100, fine_shares={"fine_35": 0.5, "fine_60": 0.5})
+            packing["grains"][2].update(fines=100)
+
+        packing = loaded(change)
+        classes = prototype.model_fines(packing)
+        for grain, wanted in zip(packing["grains"], ([0, 100], [50, 50], [80, 20])):
+            built = prototype.build(grain, 0, classes, packing)
+            kinds = built.dust.kind
+            self.assertEqual(np.bincount(kinds, minlength=2).tolist(), wanted)
+            by_kind = built.cover.silhouette_by(kinds, 2)
+            self.assertAlmostEqual(by_kind.sum(), built.cover.silhouette(100), places=12)
+            self.assertEqual((by_kind > 0).tolist(), [n > 0 for n in wanted])
+
+
 class OwnGrains(unittest.TestCase):
     def test_each_of_them_is_modelled_as_often(self):
         for names, bodies in ((1, 4), (3, 6), (4, 4), (5, 5)):

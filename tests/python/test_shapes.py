@@ -26,6 +26,19 @@ class Modelling(unittest.TestCase):
                 near = shapes.TOLERANCE[key] / 2
                 self.assertAlmostEqual(np.mean(values), asked, delta=near, msg=(name, key))
 
+    def test_stretched_shapes_have_the_proportions_asked_for_and_no_other_volume(self):
+        for elongation, flatness in ((0.5, 0.3), (0.3, 0.9), (0.9, 0.25), (1.0, 1.0)):
+            entry = {"elongation": elongation, "flatness": flatness, "like": "grain_640"}
+            shape = shapes.shape_of(entry)
+            one = shapes.model(shape, 100.0, stream(1, "shape", "plate", 0))
+            reached = shapes.measure(one)
+            self.assertAlmostEqual(reached["elongation"], elongation, delta=0.01)
+            self.assertAlmostEqual(reached["flatness"], flatness, delta=0.01)
+            self.assertAlmostEqual(one.volume_and_centroid[0], np.pi / 6 * 1e6, delta=1.0)
+        with self.assertRaisesRegex(BedError, "sphericity"):
+            entry = {"elongation": 0.3, "flatness": 0.3, "sphericity": 0.9, "like": "grain_500"}
+            shapes.model(shapes.shape_of(entry), 100.0, stream(1, "shape", "plate", 0))
+
     def test_any_ribs_make_sound_bodies_within_tolerance_and_more_make_more_facets(
         self,
     ):

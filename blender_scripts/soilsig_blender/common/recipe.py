@@ -14,9 +14,14 @@ def load(path):
     return scene, packing
 
 
+def is_own(shape):
+    """Whether a class's bodies are grains of the user's own."""
+    return isinstance(shape, dict) and "library" in shape
+
+
 def whole_rounds(number, shape):
     """The number of bodies of a class. Own grains are taken in turn, each of them as often."""
-    names = len(shape["library"]) if isinstance(shape, dict) else 1
+    names = len(shape["library"]) if is_own(shape) else 1
     return -(-number // names) * names
 
 

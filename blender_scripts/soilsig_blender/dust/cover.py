@@ -34,6 +34,15 @@ class Cover:
         fine = self.on_line < count
         return float(fine.sum() / (fine | self.meets_grain).sum())
 
+    def silhouette_by(self, kinds, number):
+        """The share of each of so many kinds in the silhouette, by the kind of every fine.
+
+        A line that meets several fines counts for the first of them.
+        """
+        fine = self.on_line[self.on_line < len(kinds)]
+        met = (self.on_line < len(kinds)) | self.meets_grain
+        return np.bincount(kinds[fine], minlength=number) / met.sum()
+
     def surface(self, count):
         """Share of the grain's surface whose outward normals meet the first fines."""
         return float((self.on_point < count).mean())

@@ -108,6 +108,8 @@ class _Dressing:
             self.clearance = Clearance(grain, fines, settings["overlap"], ground)
             self.pools = [
                 Pool(grain, fines, kind, stream(seed, "dust", label, fine.name), ground)
+                if fine.share > 0
+                else None
                 for kind, fine in enumerate(fines)
             ]
 

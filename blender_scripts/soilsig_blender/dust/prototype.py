@@ -1,15 +1,15 @@
 """Dusty grains ready to be instanced: a grain and its fines about their common centre of mass."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ..common.randomness import stream
-from ..common.recipe import variant_count, whole_rounds
+from ..common.recipe import is_own, variant_count, whole_rounds
 from ..model.own_grains import load, normalised
 from ..model.polyhedron import volume_and_centroid
-from ..model.shapes import SHAPES, model
+from ..model.shapes import model, shape_of
 from .cover import Cover
 from .dressing import Dust, FineClass, dress, seated_on_base
 from .reduced_hull import reduced_hull
@@ -83,14 +83,14 @@ def _body(entry, variant, packing):
     if name is not None:
         return normalised(load(packing["library"], name), entry["diameter_um"])
     rng = stream(packing["seed"], "shape", entry["name"], variant)
-    shape = SHAPES[entry["shape"]].with_ribs(entry.get("ribs"))
+    shape = shape_of(entry["shape"]).with_ribs(entry.get("ribs"))
     return model(shape, entry["diameter_um"], rng)
 
 
 def own_grain(entry, variant):
     """The name of the user's own grain that a variant of a class is, or None."""
     shape = entry["shape"]
-    return shape["library"][variant % len(shape["library"])] if isinstance(shape, dict) else None
+    return shape["library"][variant % len(shape["library"])] if is_own(shape) else None
 
 
 def variants(packing):
@@ -106,6 +106,9 @@ def build(grain_class, variant, fines, packing) -> Prototype:
     """Models one variant of a grain class and dresses it."""
     name, seed = f"{grain_class['name']}_{variant}", packing["seed"]
     grain = _body(grain_class, variant, packing)
+    shares = grain_class.get("fine_shares")
+    if shares:
+        fines = tuple(replace(fine, share=shares.get(fine.name, 0.0)) for fine in fines)
     dust, cover = dress(grain, fines, grain_class["fines"], packing["dust"], seed, name)
     core = Surface(grain_class["material"], grain.vertices, grain.triangles)
     coats = coats_of(fines, dust)

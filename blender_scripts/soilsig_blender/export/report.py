@@ -5,8 +5,9 @@ import platform
 import bpy
 import numpy as np
 
+from ..common.recipe import is_own
 from ..dust.prototype import own_grain
-from ..model.shapes import SHAPES, measure
+from ..model.shapes import measure, shape_of
 
 
 def versions():
@@ -39,10 +40,12 @@ def _prototype(prototype):
     grain_class = prototype.grain_class
     reached = measure(prototype.grain)
     # The user's own grains have no targets.
-    shape = SHAPES.get(grain_class["shape"]) if isinstance(grain_class["shape"], str) else None
+    shape = None if is_own(grain_class["shape"]) else shape_of(grain_class["shape"])
     asked = shape.asked if shape else dict.fromkeys(reached)
     variant = int(prototype.name.rpartition("_")[2])
-    kinds = np.bincount(prototype.dust.kind, minlength=len(prototype.fines))
+    dust, fines = prototype.dust, prototype.fines
+    kinds = np.bincount(dust.kind, minlength=len(fines))
+    by_class = prototype.cover.silhouette_by(dust.kind, len(fines))
     return {
         "name": prototype.name,
         "class": grain_class["name"],
@@ -51,14 +54,15 @@ def _prototype(prototype):
         "volume_um3": prototype.volume_um3,
         "triangles": prototype.triangle_count,
         "fines_asked": grain_class["fines"],
-        "fines": {fine.name: int(n) for fine, n in zip(prototype.fines, kinds)},
+        "fines": {fine.name: int(n) for fine, n in zip(fines, kinds)},
         "cover": {
-            "surface": prototype.cover.surface(len(prototype.dust)),
-            "silhouette": prototype.cover.silhouette(len(prototype.dust)),
+            "surface": prototype.cover.surface(len(dust)),
+            "silhouette": prototype.cover.silhouette(len(dust)),
+            "by_class": {fine.name: float(share) for fine, share in zip(fines, by_class)},
         },
-        "layers": np.bincount(prototype.dust.layer)[1:].tolist(),
+        "layers": np.bincount(dust.layer)[1:].tolist(),
         "facets": len(prototype.grain.facets),
         "convexity": round(prototype.grain.convexity, 6),
         "edge_radius_um": shape.edge_radius * grain_class["diameter_um"] if shape else None,
-        **{name: {"asked": asked[name], "reached": value} for name, value in reached.items()},
+        **{name: {"asked": asked.get(name), "reached": value} for name, value in reached.items()},
     }

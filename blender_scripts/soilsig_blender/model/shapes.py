@@ -48,7 +48,9 @@ class Shape:
 
     @property
     def asked(self):
-        return {name: getattr(self, name) for name in TOLERANCE}
+        """The descriptors that are asked for. A stretched shape may leave some of them open."""
+        wanted = {name: getattr(self, name) for name in TOLERANCE}
+        return {name: value for name, value in wanted.items() if value is not None}
 
     def with_ribs(self, ribs):
         """The same asked of bodies with so many ribs; None for the shape's own number."""
@@ -62,6 +64,20 @@ SHAPES = {
     "grain_640": Shape(640, 0.78, 0.80, 0.87, 0.27, 9, 2, 0.05),
     "grain_853": Shape(853, 0.82, 0.84, 0.90, 0.30, 10, 2, 0.10),
 }
+
+
+def shape_of(entry):
+    """The shape that a recipe names or, by elongation and flatness, stretches."""
+    if isinstance(entry, str):
+        return SHAPES[entry]
+    return replace(
+        SHAPES[entry["like"]],
+        elongation=entry["elongation"],
+        flatness=entry["flatness"],
+        sphericity=entry.get("sphericity"),
+        roundness=None,
+    )
+
 
 # A body that misses a target by more than this is modelled anew.
 TOLERANCE = {"elongation": 0.01, "flatness": 0.01, "sphericity": 0.03, "roundness": 0.05}

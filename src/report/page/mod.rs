@@ -180,7 +180,8 @@ fn limit_of(r: &Reached, cost: Option<Cost>) -> Option<String> {
 }
 
 fn notes_of(r: &Reached) -> Vec<String> {
-    terminal::facets(r).map(sentence).collect()
+    let soil = r.soil.as_ref().map(|soil| sentence(&soil.line()) + ".");
+    soil.into_iter().chain(terminal::facets(r).map(sentence)).collect()
 }
 
 fn warnings_of(r: &Reached) -> Vec<String> {
