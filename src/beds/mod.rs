@@ -2,6 +2,8 @@
 //! thread.
 
 pub mod own_grains;
+#[cfg(feature = "scans")]
+pub mod scan;
 mod solid;
 
 use std::collections::BTreeMap;

@@ -29,6 +29,21 @@ impl Solid {
         triangles.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
     }
 
+    /// The centre of mass, um.
+    pub(super) fn centroid(&self) -> DVec3 {
+        // About a corner, so that a body far from its origin loses no digits.
+        let origin = self.vertices[0];
+        let triangles = self.faces.iter().flat_map(|face| self.triangles(face));
+        let (mut volume, mut moment) = (0.0, DVec3::ZERO);
+        for corners in triangles {
+            let [a, b, c] = corners.map(|corner| corner - origin);
+            let of = a.dot(b.cross(c)) / 6.0;
+            volume += of;
+            moment += of * (a + b + c) / 4.0;
+        }
+        origin + moment / volume
+    }
+
     /// The first fault and its place; `None` for a sound body, which may be hollow.
     pub(super) fn fault(&self) -> Option<String> {
         if self.faces.is_empty() {

@@ -2,10 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::arguments::{InBlender, utf8_path};
+use super::arguments::{InBlender, number, positive, utf8_path};
 use super::{Context, Outcome};
 use crate::beds::own_grains::{self, Grain, OwnGrainsError};
+use crate::beds::scan::{self, Wanted};
 use crate::products::grains::{self, Options};
+use crate::scene::Shape;
 use crate::support::error::Status;
 use crate::support::file_error::FileError;
 
@@ -37,16 +39,50 @@ pub struct Args {
 #[derive(clap::Subcommand)]
 enum Command {
     /// Checks a folder of your own grains, without Blender: closed, faces outward, no
-    /// self-intersection, one piece, convex, in micrometres, of a known size class
+    /// self-intersection, one piece, in micrometres, of a known size class
     Check {
         /// The folder
         folder: PathBuf,
     },
+    /// Makes a grain of your own from a scan: reads a .stl, .ply or .obj mesh, thins it, and writes
+    /// NAME.obj and NAME.json in micrometres
+    Import(Import),
+}
+
+#[derive(clap::Args)]
+struct Import {
+    /// The scan: one closed body
+    scan: PathBuf,
+    /// Folder of own grains that the grain is written into
+    #[arg(long, short, value_name = "FOLDER", value_parser = utf8_path())]
+    out: PathBuf,
+    /// The shape that the grain stands for: fine_35, fine_60, grain_500, grain_640 or grain_853
+    #[arg(long, value_name = "SHAPE", value_parser = size_class)]
+    size_class: Shape,
+    /// Name of the grain [default: that of the scan's file]
+    #[arg(long)]
+    name: Option<String>,
+    /// Length of the scan's unit, um: 1000 for millimetres
+    #[arg(long, value_name = "UM", default_value_t = 1.0, value_parser = positive)]
+    unit_um: f64,
+    /// How far the thinned surface may lie from the scan, as a share of the diameter, up to 0.1
+    #[arg(long, value_name = "X", default_value_t = 0.005, value_parser = deviation)]
+    deviation: f64,
+}
+
+fn size_class(text: &str) -> Result<Shape, String> {
+    serde_json::from_value(text.into()).map_err(|error| error.to_string())
+}
+
+fn deviation(text: &str) -> Result<f64, String> {
+    number(text, 0.0..=0.1, "a number from 0 to 0.1")
 }
 
 pub fn run(args: &Args, context: &Context) -> Outcome {
-    if let Some(Command::Check { folder }) = &args.command {
-        return check(folder, context);
+    match &args.command {
+        Some(Command::Check { folder }) => return check(folder, context),
+        Some(Command::Import(args)) => return import(args, context),
+        None => {}
     }
     let options = Options {
         seed: args.seed,
@@ -62,6 +98,26 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         let out = args.out.display();
         context.print(&format!("{}result in {out} (grains.json, grains.png)\n", report.words()))?;
     }
+    Ok(None)
+}
+
+fn import(args: &Import, context: &Context) -> Outcome {
+    let Import { scan, out, size_class, name, unit_um, deviation } = args;
+    let stem = scan.file_stem().unwrap_or_default().to_string_lossy();
+    let name = name.as_deref().unwrap_or(&stem);
+    let wanted =
+        Wanted { name, size_class: *size_class, unit_um: *unit_um, deviation: *deviation };
+    let made = scan::bring(scan, out, &wanted)?;
+    context.print(&format!(
+        "{name}: {:.1} um, {} of {} triangles, surface within about {:.2} um, volume changed by \
+         {:.3} % and scaled back\n",
+        made.diameter_um,
+        made.kept,
+        made.scanned,
+        made.deviation_um,
+        100.0 * made.volume_change
+    ))?;
+    context.print(&format!("result in {} ({name}.obj, {name}.json)\n", out.display()))?;
     Ok(None)
 }
 

@@ -12,8 +12,9 @@ use crate::support::{Place, real_blenders, shipped};
 /// Triangles along an edge of the octahedron that the scan is drawn from.
 const PARTS: i32 = 112;
 
-/// The .obj of a pebble with bites out of it, and its volume, um3.
-fn scan() -> (String, f64) {
+/// Corners and triangles of a pebble with bites out of it, um, with so many triangles along an edge
+/// of the octahedron that it is drawn from.
+pub fn pebble(parts: i32) -> (Vec<[f64; 3]>, Vec<[usize; 3]>) {
     let mut points: Vec<[f64; 3]> = Vec::new();
     let mut number = HashMap::new();
     let mut faces = Vec::new();
@@ -34,7 +35,7 @@ fn scan() -> (String, f64) {
         let outward = sign.iter().product::<i32>() > 0;
         let mut add = |cells: [[i32; 2]; 3]| {
             let mut face = cells.map(|[i, j]| {
-                let at = [sign[0] * i, sign[1] * j, sign[2] * (PARTS - i - j)];
+                let at = [sign[0] * i, sign[1] * j, sign[2] * (parts - i - j)];
                 *number.entry(at).or_insert_with(|| corner(at, &mut points))
             });
             if !outward {
@@ -42,15 +43,21 @@ fn scan() -> (String, f64) {
             }
             faces.push(face);
         };
-        for i in 0..PARTS {
-            for j in 0..PARTS - i {
+        for i in 0..parts {
+            for j in 0..parts - i {
                 add([[i, j], [i + 1, j], [i, j + 1]]);
-                if i + j < PARTS - 1 {
+                if i + j < parts - 1 {
                     add([[i + 1, j], [i + 1, j + 1], [i, j + 1]]);
                 }
             }
         }
     }
+    (points, faces)
+}
+
+/// The .obj of a pebble with bites out of it, and its volume, um3.
+fn scan() -> (String, f64) {
+    let (points, faces) = pebble(PARTS);
     let mut text = String::new();
     for [x, y, z] in &points {
         let _ = writeln!(text, "v {x:.9} {y:.9} {z:.9}");

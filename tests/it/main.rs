@@ -54,6 +54,7 @@ mod rooms;
 mod round_trips;
 mod rules;
 mod sensors;
+mod scans;
 mod separation;
 mod shards;
 mod soils;
