@@ -46,7 +46,9 @@ def grain(side):
 def dropped(*middles, settled=True):
     poses = np.tile(np.eye(4), (len(middles), 1, 1))
     poses[:, :3, 3] = middles
-    return Drop(np.zeros(len(middles), int), poses, settled, 70, 0.01, 1e-5, 900.0, [], None)
+    return Drop(
+        np.zeros(len(middles), int), poses, settled, 70, 0.01, 1e-5, (0.1, 0.5), 900.0, [], None
+    )
 
 
 class Checks(unittest.TestCase):
@@ -80,6 +82,8 @@ class Checks(unittest.TestCase):
     def test_a_bed_that_moves(self):
         error = self.refusal(dropped((500, 500, 50), settled=False))
         self.assertEqual(error.kind, "not_settled")
+        self.assertIn("0.10 (mean) and 0.50 (greatest)", str(error))
+        self.assertIn("allowed are 0.2 and 0.9 in 3 frames in a row", str(error))
         self.assertIn("70 frames", str(error))
 
     def test_overlap_to_the_limit_passes_and_beyond_it_is_refused(self):

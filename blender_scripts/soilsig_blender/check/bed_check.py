@@ -4,6 +4,7 @@ import numpy as np
 
 from ..common.errors import BedError
 from ..common.events import progress
+from ..drop.rigid_bodies import REST_FRAMES, REST_MEAN, REST_WORST
 from .distance import distance
 
 # Grains whose dusty surfaces come closer than this share of the mean diameter are in contact.
@@ -36,10 +37,12 @@ def check(prototypes, drop, packing):
             "known to work",
         )
     if not drop.settled:
+        mean, worst = drop.unsupported
         raise BedError(
             "not_settled",
-            f"after {drop.frames} frames the mean kinetic energy is {drop.mean_energy:.1e} m g d "
-            f"and the top speed {drop.top_speed:.3f} sqrt(g d)",
+            f"after {drop.frames} frames grains still move, by {mean:.2f} (mean) and "
+            f"{worst:.2f} (greatest) of what an unsupported grain sinks in a frame; "
+            f"allowed are {REST_MEAN} and {REST_WORST} in {REST_FRAMES} frames in a row",
             "raise geometry.packing.drop.max_frames",
         )
     found = _overlaps(prototypes, drop)

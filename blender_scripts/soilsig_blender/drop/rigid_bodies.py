@@ -24,9 +24,9 @@ _FULL_DAMPING = 1.0
 # A grain's movement as a share of that sinking is the share of its weight that no contact carries.
 # The bed rests when the mean is below the first number and every grain is below the second, for
 # several frames in a row. A single grain that creeps does not delay this; one that falls does.
-_REST_MEAN = 0.2
-_REST_WORST = 0.9
-_REST_FRAMES = 3
+REST_MEAN = 0.2
+REST_WORST = 0.9
+REST_FRAMES = 3
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,8 @@ class Rest:
     top_speed: float  # sqrt(g d)
     mean_energy: float  # m g d
     history: list  # poses at the start and after each frame
+    # Mean and greatest movement in the last frame, as shares of the sinking of an unsupported grain
+    unsupported: tuple
 
 
 class World:
@@ -136,7 +138,7 @@ class World:
         seconds = scene.render.fps_base / scene.render.fps
         gravity, diameter = self.settings["gravity"], self.settings["scale"]
         free_fall = np.sqrt(gravity * diameter)
-        calm_frames = 1 if sinking else _REST_FRAMES
+        calm_frames = 1 if sinking else REST_FRAMES
         fell, calm, without_inertia = bool(sinking), 0, bool(sinking)
         if sinking:
             scene.gravity = (0, 0, -sinking * self.settings["substeps"] / seconds**2)
@@ -155,7 +157,7 @@ class World:
             fell = fell or energy > _FALLING_ENERGY
             if without_inertia:
                 share = moved / sinking
-                at_rest = frame > 3 and share.mean() < _REST_MEAN and share.max() < _REST_WORST
+                at_rest = frame > 3 and share.mean() < REST_MEAN and share.max() < REST_WORST
                 calm = calm + 1 if at_rest else 0
             elif fell or frame > most / 2:
                 slow = energy < _SLOW_ENERGY and speeds.max() < _SLOW_SPEED
@@ -167,7 +169,9 @@ class World:
             if calm >= calm_frames or self._lost(poses):
                 break
         settled = calm >= calm_frames
-        return Rest(poses, settled, frame, float(speeds.max()), float(energy), history)
+        unsupported = float((moved / sinking).mean()), float((moved / sinking).max())
+        speed, energy = float(speeds.max()), float(energy)
+        return Rest(poses, settled, frame, speed, energy, history, unsupported)
 
     def _poses(self):
         flat = np.empty(16 * len(self.bodies), np.float32)

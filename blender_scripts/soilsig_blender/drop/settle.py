@@ -31,6 +31,7 @@ class Drop:
     frames: int  # of all phases
     top_speed: float  # sqrt(g d)
     mean_energy: float  # m g d
+    unsupported: tuple  # mean and greatest movement over the sinking of an unsupported grain
     ceiling_um: float  # start of the highest grain: none can rise above it
     history: list  # (seconds since the release, (N, 4, 4) micrometres)
     hulls: np.ndarray | None  # poses at the rest of the hulls, before fines touched; else None
@@ -78,6 +79,7 @@ def drop(prototypes, packing, is_second_try=False) -> Drop:
         frames,
         rest.top_speed,
         rest.mean_energy,
+        rest.unsupported,
         float(ceiling_um),
         _recorded(history, unit_um, settings["gravity"]),
         hulls,
