@@ -1,7 +1,7 @@
 #!/bin/sh
 # Installs the tools that soilsig needs. If it may not install one, it names it and stops.
 #
-#   scripts/setup.sh run              a C compiler, Rust, a Blender with numpy
+#   scripts/setup.sh run              a C++ compiler, Rust, a Blender with numpy
 #   scripts/setup.sh test [WITHOUT]   the tools of `run`, Blender as a Python module, Mitsuba,
 #                                     readers of the result files, a display for Blender's window,
 #                                     Snakemake, a browser, a linter, the Python module with what its
@@ -34,7 +34,7 @@ stop() { say "$*"; exit 1; }
 have() { command -v "$1" >/dev/null 2>&1; }
 
 check_rust() {
-    have cc || stop 'there is no C compiler: install one (on Debian: apt install build-essential)'
+    have c++ || stop 'there is no C++ compiler: install one (on Debian: apt install build-essential)'
     have cargo || stop 'Rust is missing: install it from rustup.rs'
     needed=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
     found=$(cargo --version) ||
