@@ -211,6 +211,9 @@ fn welded(solid: &Solid) -> Solid {
 /// The body with as few triangles as keep its surface within a distance, and the decimator's
 /// estimate of that distance, um.
 fn thinned(solid: &Solid, deviation_um: f64) -> (Solid, f64) {
+    if deviation_um == 0.0 {
+        return (solid.clone(), 0.0);
+    }
     let middle = solid.centroid();
     let points: Vec<[f32; 3]> =
         solid.vertices.iter().map(|vertex| (*vertex - middle).as_vec3().to_array()).collect();

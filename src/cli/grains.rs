@@ -65,7 +65,8 @@ struct Import {
     /// Length of the scan's unit, um: 1000 for millimetres
     #[arg(long, value_name = "UM", default_value_t = 1.0, value_parser = positive)]
     unit_um: f64,
-    /// How far the thinned surface may lie from the scan, as a share of the diameter, up to 0.1
+    /// How far the thinned surface may lie from the scan, as a share of the diameter, up to 0.1; 0 keeps every
+    /// triangle
     #[arg(long, value_name = "X", default_value_t = 0.005, value_parser = deviation)]
     deviation: f64,
 }
@@ -105,8 +106,7 @@ fn import(args: &Import, context: &Context) -> Outcome {
     let Import { scan, out, size_class, name, unit_um, deviation } = args;
     let stem = scan.file_stem().unwrap_or_default().to_string_lossy();
     let name = name.as_deref().unwrap_or(&stem);
-    let wanted =
-        Wanted { name, size_class: *size_class, unit_um: *unit_um, deviation: *deviation };
+    let wanted = Wanted { name, size_class: *size_class, unit_um: *unit_um, deviation: *deviation };
     let made = scan::bring(scan, out, &wanted)?;
     context.print(&format!(
         "{name}: {:.1} um, {} of {} triangles, surface within about {:.2} um, volume changed by \

@@ -49,7 +49,8 @@ impl Soil {
             } else {
                 "change them so that they make 1"
             };
-            format!("the shares make {sum}, not 1: {remedy}")
+            let shown = (sum * 1e9).round() / 1e9;
+            format!("the shares make {shown}, not 1: {remedy}")
         })
     }
 

@@ -153,7 +153,7 @@ fn what_is_wrong_with_a_soil_is_refused_with_its_key_and_the_remedy() {
     for (pointer, value, words) in [
         ("/mass_share", json!(70), "geometry.soil.components: the shares make 70.3, not 1"),
         ("/mass_share", json!(-0.7), "components[0].mass_share: -0.7 is not above 0"),
-        ("/volume_share", json!(0.7), "all a mass_share, or all a volume_share"),
+        ("/volume_share", json!(0.7), "give all components a mass_share, or all a volume_share"),
         ("/material", json!("mud"), "components[0].material: there is no material \"mud\""),
         ("/name", json!("a b"), "components[0].name: \"a b\" is not 1 to 30"),
         ("/name", json!("clay"), "components: the name \"clay\" appears twice"),
