@@ -25,9 +25,10 @@ pub fn scene(text: &str, folder: PathBuf) -> PyResult<String> {
         }
         SceneGeometry::Packing(packing) => {
             packing.library.iter_mut().for_each(hold);
+            packing.soil.iter_mut().flat_map(|soil| &mut soil.library).for_each(hold);
         }
     }
-    Ok(serde_json::to_string_pretty(&scene).expect("plain data") + "\n")
+    Ok(serde_json::to_string_pretty(&scene.stated()).expect("plain data") + "\n")
 }
 
 /// The wavelengths of bands from one to another, um.

@@ -125,6 +125,15 @@ fn below<'a>(place: &'a mut Value, key: &str) -> Result<&'a mut Value, String> {
 }
 
 impl Scene {
+    /// The scene as its file states it: with its soil, if it has one, in place of the packing.
+    pub fn stated(&self) -> Value {
+        let mut value = serde_json::to_value(self).expect("plain data");
+        if let SceneGeometry::Packing(Packing { soil: Some(soil), .. }) = &self.geometry {
+            value["geometry"] = json!({ "soil": soil });
+        }
+        value
+    }
+
     /// The scene with other values, checked as its file was.
     ///
     /// # Errors
@@ -135,11 +144,7 @@ impl Scene {
         }
         let words: Vec<String> = changes.iter().map(|change| format!("--set {change}")).collect();
         let at = format!("{} with {}", self.file.display(), words.join(" "));
-        let mut value = serde_json::to_value(&self).expect("plain data");
-        if let SceneGeometry::Packing(Packing { soil: Some(soil), .. }) = &self.geometry {
-            // Its packing is made anew from the changed soil.
-            value["geometry"] = json!({ "soil": soil });
-        }
+        let mut value = self.stated();
         for change in changes {
             change
                 .make(&mut value)

@@ -8,6 +8,7 @@
 mod change;
 mod check;
 mod counts;
+mod geometry;
 mod grid;
 mod layers;
 mod packing;
@@ -34,6 +35,7 @@ use crate::support::file_error::FileError;
 use check::{Checked, need, temperature, unique, within};
 
 pub use change::Change;
+pub use geometry::SceneGeometry;
 pub use grid::Grid;
 pub use layers::{Depth, Layers, SceneTemperature, Sun};
 pub use packing::{
@@ -164,52 +166,6 @@ pub struct Material {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = 1.0)))]
     pub specular: Option<f64>,
-}
-
-/// The bed: a recipe, or placed meshes. A soil becomes a packing when it is read.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", from = "Written")]
-pub enum SceneGeometry {
-    /// A recipe for Blender.
-    Packing(Packing),
-    /// Meshes in their places.
-    Placed(Placed),
-}
-
-/// The bed: a soil by its shares, a recipe, or placed meshes.
-#[derive(Deserialize)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[cfg_attr(feature = "schema", schemars(rename = "SceneGeometry"))]
-#[serde(rename_all = "snake_case")]
-enum Written {
-    /// A soil by its shares, from which the program makes a recipe.
-    Soil(Soil),
-    /// A recipe for Blender.
-    Packing(Packing),
-    /// Meshes in their places.
-    Placed(Placed),
-}
-
-impl From<Written> for SceneGeometry {
-    fn from(written: Written) -> Self {
-        match written {
-            // `Scene::of` resolves it, once the materials are known.
-            Written::Soil(soil) => Self::Packing(soil.unresolved()),
-            Written::Packing(packing) => Self::Packing(packing),
-            Written::Placed(placed) => Self::Placed(placed),
-        }
-    }
-}
-
-#[cfg(feature = "schema")]
-impl JsonSchema for SceneGeometry {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        Written::schema_name()
-    }
-
-    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        Written::json_schema(generator)
-    }
 }
 
 /// A file that a scene names.

@@ -273,6 +273,7 @@ mod tests {
         let long = "x".repeat(40);
         let longer = json!("x".repeat(41));
         let own = |name: &str| json!({"library": [name]});
+        let form = |elongation: f64, flatness: f64| json!({"elongation": elongation, "flatness": flatness});
         for (pointer, taken, refused) in [
             ("/seed", vec![json!(0), json!(1_u64 << 53)], vec![json!((1_u64 << 53) + 1)]),
             ("/variants", vec![json!(1), json!(1000)], vec![json!(0), json!(1001)]),
@@ -306,8 +307,16 @@ mod tests {
             ("/drop/margin", vec![json!(0)], vec![json!(-0.1)]),
             (
                 "/grains/0/shape",
-                vec![own("a_stone-1"), own(&long)],
-                vec![own("a stone"), own("å"), own(""), own("a/b"), json!({"library": []})],
+                vec![own("a_stone-1"), own(&long), form(0.1, 1.0), form(1.0, 0.1)],
+                vec![
+                    own("a stone"),
+                    own("å"),
+                    own(""),
+                    own("a/b"),
+                    json!({"library": []}),
+                    form(0.09, 1.0),
+                    form(1.0, 1.1),
+                ],
             ),
         ] {
             let change =
@@ -340,6 +349,10 @@ mod tests {
         assert_refused(&[("/tray_um/1", json!(1200))], "crop_um", "leaves nothing");
         assert_refused(&[("/fines", json!([]))], "fines", "grain_500 wants fines");
         assert_refused(&[("/fines/0/share", json!(0.7))], "fines", "not 1");
+        let shares = |of: Value| [("/grains/0/fine_shares", of)];
+        assert_eq!(refusal(&with(&shares(json!({"fine_35": 1})))), None);
+        assert_refused(&shares(json!({"fine_35": 0.5})), "grains[0].fine_shares", "not 1");
+        assert_refused(&shares(json!({"loam": 1})), "grains[0].fine_shares.loam", "no class");
         let none = ["/grains/0/count", "/grains/1/count", "/grains/2/count"];
         assert_refused(&none.map(|pointer| (pointer, json!(0))), "grains", "no grain to drop");
         assert_refused(&[("/grains", json!([]))], "grains", "no grain to drop");

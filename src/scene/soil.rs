@@ -401,7 +401,6 @@ impl DustKind {
 fn named(name: &str, sizes: &Sizes, most: u32) -> Vec<(String, f64)> {
     let class = |um: f64| {
         let decimals = (2 - um.log10().floor() as i32).max(0) as usize;
-        // Two digits behind what the name shows are enough for a body's size.
         (format!("{name}-{um:.decimals$}"), um)
     };
     sizes.classes_um(most).into_iter().map(class).collect()
@@ -414,4 +413,41 @@ fn tray_um(wanted: &[Wanted], counts: &[u32]) -> f64 {
     let widest = wanted.iter().map(|w| w.dusty_um).fold(0.0, f64::max);
     let side = (std::f64::consts::FRAC_PI_4 * sections / LAYERS_OF_SECTIONS).sqrt();
     (side.max(NARROWEST * widest) / STEP_UM).ceil() * STEP_UM
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    /// The grains of the shipped scenes, 24 of each diameter, by their shares of mass.
+    fn shipped(dust: Value) -> Soil {
+        let cubes = [500.0, 640.0, 853.0].map(|um: f64| um.powi(3));
+        let total: f64 = cubes.iter().sum();
+        let component = |um: u32, cube: f64| {
+            json!({"name": format!("grain_{um}"), "material": "coarse", "mass_share": cube / total,
+                   "size_um": um, "shape": format!("grain_{um}"), "dust": dust})
+        };
+        let [a, b, c] = cubes;
+        serde_json::from_value(json!({
+            "seed": 1,
+            "components": [component(500, a), component(640, b), component(853, c)],
+            "dust": [{"name": "fine", "material": "fine", "shape": "fine_60", "size_um": 60}]
+        }))
+        .expect("a soil")
+    }
+
+    #[test]
+    fn the_shipped_grains_stated_by_mass_give_the_shipped_counts_and_about_the_shipped_trays() {
+        for (dust, shipped_um) in
+            [(json!([]), 3700.0), (json!([{"kind": "fine", "cover": 0.6}]), 4300.0)]
+        {
+            let (packing, shares) = shipped(dust).resolve().expect("reached");
+            assert_eq!(packing.grains.iter().map(|class| class.count).collect::<Vec<_>>(), [24; 3]);
+            assert!((packing.tray_um[0] / shipped_um - 1.0).abs() < 0.03, "{:?}", packing.tray_um);
+            assert_eq!(packing.crop_um, 600.0);
+            assert!(shares.components.iter().all(|c| (c.attained - c.asked).abs() < 1e-12));
+        }
+    }
 }
