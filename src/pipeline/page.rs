@@ -121,7 +121,7 @@ pub fn of_runs(folders: &[&Path]) -> Result<String, Error> {
             let um = record.options.grid.wavelengths_um();
             let tolerance = (reached.tolerance, reached.tolerance_of);
             let mut report = Report::new(&tables, &um, tolerance, reached.plan)?;
-            report.reached.soil = reached.soil.clone();
+            report.reached.soil.clone_from(&reached.soil);
             all.push((
                 *folder,
                 record.clone(),

@@ -15,6 +15,7 @@ use super::packing::{Cover, Drop, Dust, FineClass, Fines, GrainClass, Packing, S
 use super::packing_check::{MOST, MOST_SEED, NAME};
 use super::sizes::Sizes;
 use super::soil_shares::{ComponentShares, DustShares, SizeClass, SoilShares};
+use crate::support::math;
 
 /// Least number of grains, where a soil states none: that of the shipped scenes.
 const GRAINS: u32 = 72;
@@ -400,7 +401,7 @@ impl DustKind {
 /// Size classes, each named by its diameter to three digits.
 fn named(name: &str, sizes: &Sizes, most: u32) -> Vec<(String, f64)> {
     let class = |um: f64| {
-        let decimals = (2 - um.log10().floor() as i32).max(0) as usize;
+        let decimals = (2 - math::log10(um).floor() as i32).max(0) as usize;
         (format!("{name}-{um:.decimals$}"), um)
     };
     sizes.classes_um(most).into_iter().map(class).collect()
