@@ -423,7 +423,7 @@ mod tests {
     use super::*;
 
     /// The grains of the shipped scenes, 24 of each diameter, by their shares of mass.
-    fn shipped(dust: Value) -> Soil {
+    fn shipped(dust: &Value) -> Soil {
         let cubes = [500.0, 640.0, 853.0].map(|um: f64| um.powi(3));
         let total: f64 = cubes.iter().sum();
         let component = |um: u32, cube: f64| {
@@ -444,7 +444,7 @@ mod tests {
         for (dust, shipped_um) in
             [(json!([]), 3700.0), (json!([{"kind": "fine", "cover": 0.6}]), 4300.0)]
         {
-            let (packing, shares) = shipped(dust).resolve().expect("reached");
+            let (packing, shares) = shipped(&dust).resolve().expect("reached");
             assert_eq!(packing.grains.iter().map(|class| class.count).collect::<Vec<_>>(), [24; 3]);
             assert!((packing.tray_um[0] / shipped_um - 1.0).abs() < 0.03, "{:?}", packing.tray_um);
             assert_eq!(packing.crop_um, 600.0);

@@ -102,6 +102,7 @@ pub struct Doublet {
 }
 
 /// Earlier results were searched where quartz has its features.
+#[allow(clippy::unnecessary_wraps, reason = "serde takes a default of the field's type")]
 fn quartz() -> Option<String> {
     Some("quartz".into())
 }

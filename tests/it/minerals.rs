@@ -208,7 +208,7 @@ fn each_mineral_has_its_features_in_its_own_windows() {
 }
 
 /// Two plates side by side, the first 80 % of the domain.
-fn plates(place: &Place, first: Value, second: Value) -> Table {
+fn plates(place: &Place, [first, second]: [Value; 2]) -> Table {
     place.write(
         "mesh.obj",
         "v 0 0 0\nv 80 0 0\nv 80 100 0\nv 0 100 0\nv 100 0 0\nv 100 100 0\nusemtl a\nf 1 2 3 4\n\
@@ -236,7 +236,7 @@ fn says(out: &str, words: &str) -> bool {
 fn the_mineral_seen_most_names_the_features() {
     let place = Place::new();
     let calcite = || json!({"fresnel": "calcite"});
-    let table = plates(&place, calcite(), json!({"builtin": "quartz_coarse"}));
+    let table = plates(&place, [calcite(), json!({"builtin": "quartz_coarse"})]);
     assert_eq!(feature_windows(&[table]).mineral, "calcite");
     let args = ["signature", "t.json", "--verbose", "--out", "s.csv", "--plot", "out.svg"];
     let (out, _) = place.run(&args, 0);
@@ -245,14 +245,14 @@ fn the_mineral_seen_most_names_the_features() {
     let svg = place.read("out.svg");
     assert!(svg.contains("extrema of calcite") && !svg.contains("Transparency"), "{svg}");
 
-    let table = plates(&place, json!({"builtin": "quartz_coarse"}), calcite());
+    let table = plates(&place, [json!({"builtin": "quartz_coarse"}), calcite()]);
     assert_eq!(feature_windows(&[table]).mineral, "quartz");
     let (out, _) = place.run(&args, 0);
     assert!(says(&out, "reststrahlen of quartz: troughs") && !says(&out, "calcite: "), "{out}");
     // What does not say its mineral leaves the word to what does, and is taken for quartz alone.
-    let table = plates(&place, json!({"constant": 0.9}), calcite());
+    let table = plates(&place, [json!({"constant": 0.9}), calcite()]);
     assert_eq!(feature_windows(&[table]).mineral, "calcite");
-    let table = plates(&place, json!({"constant": 0.9}), json!({"constant": 0.8}));
+    let table = plates(&place, [json!({"constant": 0.9}), json!({"constant": 0.8})]);
     assert_eq!(feature_windows(&[table]).mineral, "quartz");
 }
 
@@ -263,12 +263,12 @@ fn a_file_of_constants_names_its_features_or_has_none() {
     let own = json!({"fresnel": {"file": "own.json"}});
     file["features"]["mineral"] = "aragonite".into();
     place.write("own.json", file.to_string());
-    let table = plates(&place, own.clone(), json!({"constant": 0.9}));
+    let table = plates(&place, [own.clone(), json!({"constant": 0.9})]);
     assert_eq!(feature_windows(&[table]).mineral, "aragonite");
 
     file.as_object_mut().expect("an object").remove("features");
     place.write("own.json", file.to_string());
-    let table = plates(&place, own.clone(), json!({"builtin": "quartz_coarse"}));
+    let table = plates(&place, [own.clone(), json!({"builtin": "quartz_coarse"})]);
     let windows = feature_windows(std::slice::from_ref(&table));
     assert_eq!(windows, &Windows::default());
     let (out, _) = place.run(&["signature", "t.json", "--verbose", "--out", "s.csv"], 0);
