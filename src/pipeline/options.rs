@@ -115,8 +115,7 @@ impl Options {
     pub(super) fn target(&self, beds: usize, is_planned: bool) -> Target {
         let Self { max_paths, max_seconds, .. } = *self;
         let target = if is_planned {
-            let tolerance = self.tolerance.min(RAYS_OF_PLANNED);
-            Target { tolerance, ..Target::of(self.tolerance) }
+            Target::of(self.tolerance.min(RAYS_OF_PLANNED))
         } else {
             target_of(self.tolerance, beds)
         };
