@@ -13,7 +13,7 @@ use serde_json::json;
 
 use super::own_grains::{FORMAT, Grain, OwnGrainsError};
 use super::solid::Solid;
-use crate::geometry::ingest::obj::ObjFile;
+use crate::geometry::ingest::obj::{ObjFile, polygon};
 use crate::scene::Shape;
 use crate::support::error::Error;
 use crate::support::file_error::FileError;
@@ -122,8 +122,20 @@ fn read(path: &Path, unit_um: f64) -> Result<Solid, FileError> {
     if faces.iter().flatten().any(|&corner| corner >= vertices.len()) {
         return Err(FileError::wrong(path, "a face has a corner that is not in the file"));
     }
-    let vertices = vertices.into_iter().map(|vertex| vertex * unit_um).collect();
-    Ok(welded(&Solid { vertices, faces }))
+    let cut = |face: &Vec<usize>| {
+        let corners: Vec<u32> = face.iter().map(|&corner| corner as u32).collect();
+        polygon::triangles(&corners, &vertices)
+    };
+    let crosses = || FileError::wrong(path, "a face crosses itself");
+    let triangles: Vec<_> = faces
+        .iter()
+        .filter(|face| face.len() > 2)
+        .map(cut)
+        .collect::<Option<_>>()
+        .ok_or_else(crosses)?;
+    let faces = triangles.concat();
+    let vertices: Vec<DVec3> = vertices.into_iter().map(|vertex| vertex * unit_um).collect();
+    Ok(welded(&vertices, &faces))
 }
 
 type Polygons = (Vec<DVec3>, Vec<Vec<usize>>);
@@ -184,12 +196,12 @@ impl PropertyAccess for Element {
     }
 }
 
-/// The same with one corner in each place, and without triangles that have a corner twice.
-fn welded(solid: &Solid) -> Solid {
+/// A body of these triangles with one corner in each place, and without those that have a corner
+/// twice.
+fn welded(points: &[DVec3], triangles: &[[u32; 3]]) -> Solid {
     let mut known = std::collections::HashMap::new();
     let mut vertices = Vec::new();
-    let number: Vec<usize> = solid
-        .vertices
+    let number: Vec<usize> = points
         .iter()
         .map(|vertex| {
             // Adding 0 makes one zero of both.
@@ -199,12 +211,12 @@ fn welded(solid: &Solid) -> Solid {
             })
         })
         .collect();
-    let triangles = solid.faces.iter().flat_map(|face| {
-        let corners: Vec<usize> = face.iter().map(|&corner| number[corner]).collect();
-        let about = |pair: &[usize]| vec![corners[0], pair[0], pair[1]];
-        corners.windows(2).skip(1).map(about).collect::<Vec<_>>()
-    });
-    let faces = triangles.filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]).collect();
+    let faces = triangles
+        .iter()
+        .map(|triangle| triangle.map(|corner| number[corner as usize]))
+        .filter(|[a, b, c]| a != b && b != c && c != a)
+        .map(Vec::from)
+        .collect();
     Solid { vertices, faces }
 }
 

@@ -132,6 +132,28 @@ fn every_format_gives_the_same_grain_thinned_with_the_scan_s_volume() {
     assert_eq!(kept("binary.stl"), 12800);
 }
 
+/// A prism over an L, whose ends begin at a corner from which a fan would leave the L.
+#[test]
+fn concave_faces_of_a_scan_are_cut_into_triangles() {
+    let place = Place::new();
+    let at = [[2, 0], [2, 1], [1, 1], [1, 2], [0, 2], [0, 0]];
+    let corners = [0, 1].map(|z| at.map(|[x, y]| format!("v {x} {y} {z}\n")).concat());
+    let sides = (1..=6).map(|i| format!("f {i} {j} {} {}\n", next(i) + 6, i + 6, j = next(i)));
+    let ends = "f 6 5 4 3 2 1\nf 7 8 9 10 11 12\n";
+    place.write("prism.obj", corners.concat() + ends + &sides.collect::<String>());
+    let args = ["grains", "import", "prism.obj", "--out", "grains", "--size-class", "grain_500"];
+    place.run(&[&args[..], &["--unit-um", "100", "--deviation", "0"]].concat(), 0);
+    let about = place.json("grains/prism.json");
+    assert_eq!(about["made_from"]["triangles"], 20);
+    let stated = about["diameter_um"].as_f64().expect("a number");
+    assert!((stated / (6.0 * 3e6 / PI).cbrt() - 1.0).abs() < 1e-9, "{stated}");
+}
+
+/// The next of six corners, counted from 1.
+fn next(corner: usize) -> usize {
+    corner % 6 + 1
+}
+
 #[test]
 fn a_scan_that_is_no_body_is_refused_with_its_place() {
     let place = Place::new();

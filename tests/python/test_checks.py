@@ -83,7 +83,7 @@ class Checks(unittest.TestCase):
         error = self.refusal(dropped((500, 500, 50), settled=False))
         self.assertEqual(error.kind, "not_settled")
         self.assertIn("0.10 (mean) and 0.50 (greatest)", str(error))
-        self.assertIn("allowed are 0.2 and 0.9 in 3 frames in a row", str(error))
+        self.assertIn("allowed are 0.2 and 0.9, for up to 3 frames in a row", str(error))
         self.assertIn("70 frames", str(error))
 
     def test_overlap_to_the_limit_passes_and_beyond_it_is_refused(self):

@@ -42,7 +42,7 @@ def check(prototypes, drop, packing):
             "not_settled",
             f"after {drop.frames} frames grains still move, by {mean:.2f} (mean) and "
             f"{worst:.2f} (greatest) of what an unsupported grain sinks in a frame; "
-            f"allowed are {REST_MEAN} and {REST_WORST} in {REST_FRAMES} frames in a row",
+            f"allowed are {REST_MEAN} and {REST_WORST}, for up to {REST_FRAMES} frames in a row",
             "raise geometry.packing.drop.max_frames",
         )
     found = _overlaps(prototypes, drop)

@@ -1,7 +1,7 @@
 //! Wavefront .obj files through tobj: the one reader of them.
 
 mod plain;
-mod polygon;
+pub(crate) mod polygon;
 
 use std::collections::BTreeSet;
 use std::fs;

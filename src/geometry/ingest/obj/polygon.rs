@@ -16,7 +16,7 @@ const SAME_AREA: f64 = 1e-6;
 ///
 /// A convex polygon is a fan about its first corner, or about another one that leaves no triangle
 /// without area. Ears are clipped from others, in the plane across the axis nearest the normal.
-pub(super) fn triangles(corners: &[u32], points: &[DVec3]) -> Option<Vec<[u32; 3]>> {
+pub(crate) fn triangles(corners: &[u32], points: &[DVec3]) -> Option<Vec<[u32; 3]>> {
     let polygon: Vec<DVec3> = corners.iter().map(|&i| points[i as usize]).collect();
     let cut = cut(&polygon)?;
     Some(cut.into_iter().map(|triangle| triangle.map(|i| corners[i])).collect())
