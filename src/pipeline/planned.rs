@@ -11,8 +11,7 @@ use crate::signature::{self, Levels};
 use crate::support::error::Error;
 use crate::table::{Prepared, Table};
 
-/// Wall time of the last stages for each hull bed that was not there before, seconds; a pair counts
-/// as some of them.
+/// Wall time of a round of the last stages, seconds.
 #[derive(Clone, Copy, Default)]
 struct Pace {
     drop: f64,
@@ -92,8 +91,8 @@ fn lot_of(now: Beds) -> Lot {
     (0..now.drops).map(|bed| (bed, kept(bed))).collect()
 }
 
-/// As many Blenders run side by side as there are threads. How often each drops a bed as hulls, or
-/// what takes as long, until there are as many beds as come next.
+/// The rounds until there are as many beds as come next. In a round each of as many Blenders as there
+/// are threads drops one bed as hulls, or works as long on a pair.
 fn rounds(now: Beds, next: Beds) -> f64 {
     let [drops, pairs] = [next.drops - now.drops, next.pairs - now.pairs];
     (drops as f64 + COST * pairs as f64) / rayon::current_num_threads().min(drops.max(1)) as f64

@@ -245,9 +245,29 @@ const OTHERS: [&str; 10] = [
 /// Symbols that say nothing beside other letters.
 const LETTERS: [&str; 8] = ["r", "rho", "\u{3c1}", "eps", "epsilon", "\u{3b5}", "\u{3f5}", "emis"];
 /// Words that may stand beside such a symbol.
-const BESIDE_LETTERS: [&str; 16] = [
-    "percent", "pct", "of", "in", "d", "h", "dh", "hd", "dir", "hem", "lambda", "\u{3bb}", "wl",
-    "um", "nm", "factor",
+const BESIDE_LETTERS: [&str; 22] = [
+    "percent",
+    "pct",
+    "of",
+    "in",
+    "d",
+    "h",
+    "dh",
+    "hd",
+    "dir",
+    "hem",
+    "lambda",
+    "\u{3bb}",
+    "wl",
+    "um",
+    "nm",
+    "factor",
+    "spectral",
+    "mean",
+    "average",
+    "directional",
+    "hemispherical",
+    "sample",
 ];
 const ERRORS: [&str; 12] = [
     "std",
@@ -365,8 +385,6 @@ fn is_plain_symbol(tokens: &[Token]) -> bool {
                 || BESIDE_LETTERS.contains(&token.word)
                 || starts(token.word, &EMISSIVITY)
                 || starts(token.word, &REFLECTANCE)
-                || ["spectral", "mean", "average", "directional", "hemispherical", "sample"]
-                    .contains(&token.word)
         }),
         _ => false,
     }
