@@ -3,7 +3,7 @@
 # The coverage that `make run` simulates: full, less, sparse, bare or all.
 COVERAGE = sparse
 # Tests that `make test` leaves out, for want of a tool: blender, bpy, mitsuba, readers,
-# snakemake, window, browser, module.
+# snakemake, slurm, window, browser, module.
 WITHOUT =
 
 .PHONY: help run test lint docs wheel setup bench intervals twins chart scale packings tolerances budgets \
@@ -30,6 +30,7 @@ test: ## lint, and run every test, in Blender and in Python's bpy
 	SOILSIG_TEST_READERS=$(if $(filter readers,$(WITHOUT)),none,$(CURDIR)/.tools/readers/bin/python) \
 	SOILSIG_TEST_MODULE=$(if $(filter module,$(WITHOUT)),none,$(CURDIR)/.tools/module/bin/python) \
 	SOILSIG_TEST_SNAKEMAKE=$(if $(filter snakemake,$(WITHOUT)),none,$(CURDIR)/.tools/snakemake/bin/snakemake) \
+	SOILSIG_TEST_SLURM=$(if $(filter slurm,$(WITHOUT)),none,$$(PATH=$$PATH:/usr/sbin command -v slurmctld)) \
 	SOILSIG_TEST_LIBRARY=$${SOILSIG_TEST_LIBRARY:-none} \
 	INSTA_UPDATE=no cargo test --release
 	@$(if $(WITHOUT),echo 'LEFT OUT: the tests that need $(WITHOUT)')

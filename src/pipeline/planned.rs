@@ -31,14 +31,20 @@ impl Run<'_> {
         library: Option<&OwnGrains>,
     ) -> Result<Planned, Error> {
         let keeps_apart = packing.origin() == Origin::DrawnApart;
-        let (mut before, mut now) = (Beds { drops: 0, pairs: 0 }, Beds { drops: 1, pairs: 0 });
+        let tolerance = self.options.tolerance;
+        let (mut before, mut now) = (Beds::default(), Beds::first(tolerance, keeps_apart));
+        let mut is_pair = Vec::new();
         let mut pace = Pace::default();
+        if now.drops > 1 {
+            self.folder.monitor.say(&report::first_beds(&now, tolerance));
+        }
         loop {
             let begun = self.folder.record.stages.len();
-            let mut beds = self.drop(prepared, packing, library, &lot_of(now))?;
+            grow(&mut is_pair, now);
+            let mut beds = self.drop(prepared, packing, library, &lot_of(&is_pair))?;
             let tables = self.trace(&mut beds, true)?;
             let plan = self.plan_of(&tables, &prepared.wavelengths_um, keeps_apart)?;
-            let told = report::plan(&plan, self.options.tolerance);
+            let told = report::plan(&plan, tolerance);
             if plan.is_done() {
                 if now.drops > 1 {
                     self.folder.monitor.say(&format!("plan: {told}"));
@@ -77,18 +83,31 @@ impl Run<'_> {
     }
 }
 
-/// The beds of a plan. The first stays as it is when some become pairs: it is there already.
-fn lot_of(now: Beds) -> Lot {
-    if now == (Beds { drops: 1, pairs: 0 }) {
+/// Adds beds up to these numbers. What is there stays as it is; of the new beds the first become
+/// pairs. Bed 1 is shown, as hulls, and becomes a pair last.
+fn grow(is_pair: &mut Vec<bool>, to: Beds) {
+    let first_new = is_pair.len().max(1);
+    is_pair.resize(to.drops, false);
+    let order = (first_new..to.drops).chain((0..first_new.min(to.drops)).rev());
+    let missing = to.pairs - is_pair.iter().filter(|pair| **pair).count();
+    let alone: Vec<usize> = order.filter(|&bed| !is_pair[bed]).take(missing).collect();
+    for bed in alone {
+        is_pair[bed] = true;
+    }
+}
+
+/// The beds of a plan.
+fn lot_of(is_pair: &[bool]) -> Lot {
+    if is_pair == [false] {
         return bring::lot(1);
     }
-    let is_pair = |bed: usize| now.pairs == now.drops || (1..=now.pairs).contains(&bed);
-    let kept = |bed| match is_pair(bed) {
+    let has_pairs = is_pair.contains(&true);
+    let kept = |is_pair| match is_pair {
         true => Kept::Pair,
-        false if now.pairs > 0 => Kept::Hulls,
+        false if has_pairs => Kept::Hulls,
         false => Kept::Several,
     };
-    (0..now.drops).map(|bed| (bed, kept(bed))).collect()
+    is_pair.iter().map(|&is_pair| kept(is_pair)).enumerate().collect()
 }
 
 /// The rounds until there are as many beds as come next. In a round each of as many Blenders as there
@@ -96,4 +115,24 @@ fn lot_of(now: Beds) -> Lot {
 fn rounds(now: Beds, next: Beds) -> f64 {
     let [drops, pairs] = [next.drops - now.drops, next.pairs - now.pairs];
     (drops as f64 + COST * pairs as f64) / rayon::current_num_threads().min(drops.max(1)) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn beds_that_are_there_stay_as_they_are() {
+        let mut is_pair = Vec::new();
+        let mut grown = |drops, pairs| {
+            grow(&mut is_pair, Beds { drops, pairs });
+            let pairs: Vec<usize> = (0..drops).filter(|&bed| is_pair[bed]).collect();
+            pairs
+        };
+        assert_eq!(grown(5, 2), [1, 2]);
+        assert_eq!(grown(9, 2), [1, 2]);
+        assert_eq!(grown(18, 4), [1, 2, 9, 10]);
+        assert_eq!(grown(18, 6), [1, 2, 9, 10, 16, 17]);
+        assert_eq!(grown(19, 19).len(), 19);
+    }
 }

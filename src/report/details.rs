@@ -99,6 +99,11 @@ pub fn plan(plan: &Plan, tolerance: f64) -> String {
     parts.join("; ")
 }
 
+/// The beds that a plan begins with.
+pub fn first_beds(first: &Beds, tolerance: f64) -> String {
+    format!("plan: {} tell how many beds +-{tolerance} takes", beds(first))
+}
+
 fn beds(of: &Beds) -> String {
     let drops = if of.drops == 1 { "one bed".into() } else { format!("{} beds", of.drops) };
     match of.pairs {

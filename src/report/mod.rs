@@ -24,7 +24,7 @@ use crate::table::{Table, cover, feature_windows};
 
 #[cfg(feature = "plots")]
 pub use chart::chart;
-pub use details::plan;
+pub use details::{first_beds, plan};
 pub use limit::{Cost, duration};
 pub use reached::{FeatureErrors, Reached, ToleranceOf};
 pub use retrieval::Retrieval;

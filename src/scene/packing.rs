@@ -291,6 +291,17 @@ pub enum Collision {
     Mesh,
 }
 
+impl Collision {
+    /// About what a bed takes with its trace, in beds of hulls (docs: stages). A mesh was not
+    /// measured.
+    pub const fn cost(self) -> f64 {
+        match self {
+            Self::Hull => 1.0,
+            Self::HullThenFines | Self::Mesh => 3.5,
+        }
+    }
+}
+
 impl Default for Drop {
     fn default() -> Self {
         Self {

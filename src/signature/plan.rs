@@ -3,24 +3,28 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::levels::{MANY, Parts};
+use super::levels::Parts;
 use crate::histogram::estimate::MOST;
+use crate::scene::Collision;
 use crate::signature::budget::{Budget, Share};
 use crate::signature::{Band, Levels};
 
+/// Tolerances from which on one bed may be enough: the totals of shipped ones are .02 to .03.
+const OF_ONE: f64 = 0.02;
+
 /// Beds of a pilot, whose spread tells how many the tolerance takes; pairs only where hulls keep
 /// fines apart.
-const PILOT: Beds = Beds { drops: MANY, pairs: 2 };
+const PILOT: Beds = Beds { drops: 6, pairs: 2 };
 
-/// The pilot of a tolerance that one bed is far from: a spread of few beds wants too many.
-const LARGER_PILOT: Beds = Beds { drops: 2 * MANY, pairs: 4 };
+/// The pilot of a small tolerance: a spread of few beds wants too many.
+const LARGER_PILOT: Beds = Beds { drops: 8, pairs: 3 };
 
-/// How far that is, in tolerances.
-const FAR: f64 = 8.0;
+/// Tolerances that are small in this sense.
+const SMALL: f64 = 0.0075;
 
 /// The cost of dropping a bed on until its fines touch, in beds dropped as hulls, with their traces
 /// (docs: stages). Fixed, so that a plan does not depend on the machine.
-pub const COST: f64 = 2.5;
+pub const COST: f64 = Collision::HullThenFines.cost() - 1.0;
 
 /// Most drops for each pair.
 const MOST_FOR_A_PAIR: usize = 5;
@@ -32,7 +36,7 @@ const NO_ROOM: usize = 40;
 const MOST_AT_ONCE: usize = 4;
 
 /// Numbers of beds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Beds {
@@ -43,6 +47,19 @@ pub struct Beds {
 }
 
 impl Beds {
+    /// The beds that tell how many a tolerance takes.
+    pub fn first(tolerance: f64, keeps_apart: bool) -> Self {
+        match tolerance {
+            OF_ONE.. => Self { drops: 1, pairs: 0 },
+            SMALL.. => Self::pilot(PILOT, keeps_apart),
+            _ => Self::pilot(LARGER_PILOT, keeps_apart),
+        }
+    }
+
+    fn pilot(beds: Self, keeps_apart: bool) -> Self {
+        if keeps_apart { beds } else { Self { pairs: 0, ..beds } }
+    }
+
     /// The beds that come next where so many are wanted by all that these tell.
     fn towards(self, wanted: Self, has_rim: bool) -> Self {
         let step = |now: usize, wanted: usize| {
@@ -127,9 +144,7 @@ impl Plan {
             return plan;
         }
         if by.drops < PILOT.drops {
-            let pilot = if widest.total > FAR * tolerance { LARGER_PILOT } else { PILOT };
-            let next = if keeps_apart { pilot } else { Beds { pairs: 0, ..pilot } };
-            return Self { wanted: None, next, ..plan };
+            return Self { wanted: None, next: Beds::pilot(PILOT, keeps_apart), ..plan };
         }
         // Of few beds the rim is mostly chance, and more beds lessen it.
         let without_rim = |share: &Share| tolerance - share.bounds() + share.rim.unwrap_or(0.0);
@@ -253,14 +268,17 @@ mod tests {
     /// The spreads of the shipped recipe at 9 um, with and without fines to touch.
     #[test]
     fn the_intervals_of_planned_runs_hold_as_often_as_promised() {
-        for (of_change, keeps_apart, tolerance) in
-            [(0.0013, true, 0.005), (0.0013, true, 0.002), (0.0, false, 0.004)]
-        {
+        for (of_change, keeps_apart, tolerance) in [
+            (0.0013, true, 0.01),
+            (0.0013, true, 0.005),
+            (0.0013, true, 0.002),
+            (0.0, false, 0.004),
+        ] {
             let recipe = Recipe { spread: 0.005, of_change, correlation: -0.76 };
             let (mut held, runs) = (0, 700);
             for seed in 0..runs {
                 let drawn = recipe.draw(seed, MOST);
-                let mut now = Beds { drops: 1, pairs: 0 };
+                let mut now = Beds::first(tolerance, keeps_apart);
                 let estimates = loop {
                     let (plan, estimates) = plan(&drawn, now, keeps_apart, tolerance);
                     if plan.is_done() {

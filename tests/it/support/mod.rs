@@ -6,6 +6,7 @@ mod measured;
 mod meshes;
 mod place;
 mod scenes;
+pub mod slurm;
 mod told;
 mod tools;
 mod vectors;

@@ -24,6 +24,8 @@ pub enum Tool {
     Module,
     /// Snakemake, for the workflow.
     Snakemake,
+    /// The daemon of Slurm, for the workflow on a cluster.
+    Slurm,
     /// Chromium, for the page of a result.
     Browser,
     /// The X server Xvfb, for Blender's window.
@@ -41,6 +43,7 @@ impl Tool {
             Self::Readers => "SOILSIG_TEST_READERS",
             Self::Module => "SOILSIG_TEST_MODULE",
             Self::Snakemake => "SOILSIG_TEST_SNAKEMAKE",
+            Self::Slurm => "SOILSIG_TEST_SLURM",
             Self::Browser => "SOILSIG_TEST_BROWSER",
             Self::Window => "SOILSIG_TEST_WINDOW",
             Self::Library => "SOILSIG_TEST_LIBRARY",
