@@ -1,4 +1,4 @@
-"""Compares the paper's four covers by five kinds of facets, library to refractive.
+"""Compares the paper's four covers by kinds of facets, library to refractive.
 
 Writes the tables and the charts of docs/measurements/dust_refraction.md into FOLDER.
 
@@ -7,8 +7,9 @@ Writes the tables and the charts of docs/measurements/dust_refraction.md into FO
 It needs numpy and Blender. The beds of each cover are dropped once, and all kinds of facets are
 seen on the same beds. `inverted` facets are evaluated from the tables of `library`; `fresnel` and
 `refractive` ones, by `quartz_zeidler`, are traced. `lifted` is refractive with each fine moved out
-by 2 um, so that air is between it and its grain. The floor is the same in all. Results that are
-already in FOLDER are used again.
+by 2 um, so that air is between it and its grain. `small` kinds are the same beds with all lengths
+times 0.4: the fines then have the size of fine powders. The floor is the same in all. Results that
+are already in FOLDER are used again.
 """
 
 import argparse
@@ -17,14 +18,17 @@ import json
 
 import numpy as np
 from chemistry import Work
+from refraction import scaled
 
 COVERS = ("full", "less", "sparse", "bare")
-FACETS = ("library", "inverted", "fresnel", "refractive", "lifted")
+TRACED = ("fresnel", "refractive", "lifted", "small refractive", "small lifted")
+FACETS = ("library", "inverted", *TRACED)
 GRID = ["--range", "7.5-14", "--step", "0.02"]
 RANGES_UM = ((8.0, 9.5), (10.0, 12.0), (10.7, 12.0), (13.1, 14.0))
 INVERTED = ("fine=inverted:quartz_fine", "coarse=inverted:quartz_coarse")
 CONSTANTS = "quartz_zeidler"
 LIFT_UM = 2.0
+SMALL = 0.4
 
 
 class Curves:
@@ -69,15 +73,16 @@ def beds(work, cover, packings):
 
 def traced(work, bed, kind, paths):
     """The table of a bed whose grains and fines have other facets."""
-    placed, table = bed / f"{kind}.json", bed / f"{kind}_table.json"
+    name = kind.replace(" ", "_")
+    placed, table = bed / f"{name}.json", bed / f"{name}_table.json"
     if not table.is_file():
-        scene = json.loads((bed / "scene.json").read_text())
+        scene = scaled(bed / "scene.json", SMALL if kind.startswith("small") else 1)
         floor = scene["geometry"]["placed"]["domain"]["floor"]
         for material in scene["materials"]:
             if material["name"] != floor["material"]:
                 facets = "fresnel" if kind == "fresnel" else "refractive"
                 material["spectrum"] = {facets: CONSTANTS}
-        if kind == "lifted":
+        if kind.endswith("lifted"):
             for prototype in scene["geometry"]["placed"]["prototypes"]:
                 prototype["file"] = lifted(bed / prototype["file"]).name
         placed.write_text(json.dumps(scene))
@@ -142,13 +147,13 @@ def main():
         spectra = [x for text in INVERTED for x in ("--spectrum", text)]
         curves["library", cover] = Curves(work, tables)
         curves["inverted", cover] = Curves(work, tables, *spectra)
-        for kind in FACETS[2:] if cover != "bare" else FACETS[2:4]:
-            tables = [traced(work, folder, kind, given.paths) for folder in folders]
+        for kind in TRACED:
+            # A bare grain has no fine to lift.
+            of = kind.replace("lifted", "refractive") if cover == "bare" else kind
+            tables = [traced(work, folder, of, given.paths) for folder in folders]
             curves[kind, cover] = Curves(work, tables)
         for kind in FACETS:
-            # A bare grain has no fine to lift.
-            curve = curves.setdefault((kind, cover), curves["refractive", cover])
-            means = [f"{m:.3f} ±{e:.3f}" for m, e in map(curve.mean, RANGES_UM)]
+            means = [f"{m:.3f} ±{e:.3f}" for m, e in map(curves[kind, cover].mean, RANGES_UM)]
             print(kind, cover, *means, flush=True)
     head = ["facets", "cover"]
     for a, b in RANGES_UM:

@@ -156,7 +156,10 @@ fn second(text: &str) -> Result<Option<SpectrumSource>, Error> {
     }
     Ok(Some(match spectrum_source(text)? {
         SpectrumSource::File(path) => SpectrumSource::File(absolute(&path)),
-        SpectrumSource::Fresnel(_) | SpectrumSource::Refractive(_) | SpectrumSource::Mix(_) => {
+        SpectrumSource::Fresnel(_)
+        | SpectrumSource::Refractive(_)
+        | SpectrumSource::Auto(_)
+        | SpectrumSource::Mix(_) => {
             return Err(usage(&format!("--second {text}: give one Lambertian spectrum")));
         }
         other => other,

@@ -139,9 +139,10 @@ fn facets(model: FacetModel, of: &SpectrumSource, is_grain: bool) -> SpectrumSou
             SpectrumSource::Fresnel(Constants::Shipped("quartz".into()))
         }
         FacetModel::Inverted | FacetModel::Fresnel => match powder {
-            SpectrumSource::Fresnel(_) | SpectrumSource::Refractive(_) | SpectrumSource::Mix(_) => {
-                powder
-            }
+            SpectrumSource::Fresnel(_)
+            | SpectrumSource::Refractive(_)
+            | SpectrumSource::Auto(_)
+            | SpectrumSource::Mix(_) => powder,
             powder => {
                 let (spectrum, pure_bed) = (Box::new(powder), Vec::new());
                 SpectrumSource::Inverted(Inverted { spectrum, pure_bed })

@@ -139,6 +139,10 @@ fn zenith_bins(table: &Table, bands: &[Band]) -> Option<f64> {
 /// Half the change of any angular reflectance within the bin of the view's cosine, in the worst
 /// band.
 fn grazing_bins(table: &Table, bands: &[Band]) -> Option<f64> {
+    // Paths that were traced apart at each wavelength have no bins.
+    if table.nodes.is_some() {
+        return None;
+    }
     let cosines = f64::from(table.histogram.kept.cosines);
     let bin = (math::cos(table.view.zenith_deg.to_radians()) * cosines).floor().min(cosines - 1.0);
     let change = |spectrum: &Spectrum, um: f64| {

@@ -348,7 +348,10 @@ impl Scene {
             if let Some(own) = material.temperature_k {
                 temperature(own, &format!("materials[{i}].temperature_k"))?;
             }
-            let is_refractive = matches!(material.spectrum, SpectrumSource::Refractive(_));
+            let is_refractive = matches!(
+                material.spectrum,
+                SpectrumSource::Refractive(_) | SpectrumSource::Auto(_)
+            );
             let place = format!("materials[{i}].specular");
             need(!is_refractive || material.specular.is_none(), &place, || {
                 "refractive facets reflect as mirrors: leave it out".into()

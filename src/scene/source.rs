@@ -28,6 +28,9 @@ pub enum SpectrumSource {
     /// Optical constants of a crystal, shipped or from a file. Light passes through the facets: it is
     /// refracted, absorbed within the grain, and leaves again.
     Refractive(Constants),
+    /// Optical constants of a crystal, shipped or from a file. Facets are opaque in the bands in
+    /// which grains of their size let no light through, and `refractive` in the others.
+    Auto(Constants),
     /// The facets of a powder: a bed of them alone has the emissivity of the powder's spectrum.
     Inverted(Inverted),
     /// Patches of several kinds on each facet, mixed by area: 1 to 100. Patches are small against
@@ -145,13 +148,15 @@ impl SpectrumSource {
                 }
             }
             Self::Fresnel(Constants::File(ConstantsFile { file }))
-            | Self::Refractive(Constants::File(ConstantsFile { file })) => {
+            | Self::Refractive(Constants::File(ConstantsFile { file }))
+            | Self::Auto(Constants::File(ConstantsFile { file })) => {
                 add(format!("constants_{number}"), file, false);
             }
             Self::Builtin(_)
             | Self::Constant(_)
             | Self::Fresnel(Constants::Shipped(_))
-            | Self::Refractive(Constants::Shipped(_)) => {}
+            | Self::Refractive(Constants::Shipped(_))
+            | Self::Auto(Constants::Shipped(_)) => {}
         }
     }
 
@@ -177,7 +182,11 @@ impl SpectrumSource {
                 inverted.spectrum.check(&place)
             }
             Self::Mix(components) => check_mix(components, &format!("{place}.mix")),
-            Self::Builtin(_) | Self::File(_) | Self::Fresnel(_) | Self::Refractive(_) => Ok(()),
+            Self::Builtin(_)
+            | Self::File(_)
+            | Self::Fresnel(_)
+            | Self::Refractive(_)
+            | Self::Auto(_) => Ok(()),
         }
     }
 }
@@ -193,7 +202,10 @@ fn check_mix(components: &[Component], place: &str) -> Checked {
         let place = format!("{place}.spectrum");
         let is_lambertian = !matches!(
             spectrum,
-            SpectrumSource::Fresnel(_) | SpectrumSource::Refractive(_) | SpectrumSource::Mix(_)
+            SpectrumSource::Fresnel(_)
+                | SpectrumSource::Refractive(_)
+                | SpectrumSource::Auto(_)
+                | SpectrumSource::Mix(_)
         );
         need(is_lambertian, &place, || {
             "a component is Lambertian: builtin, file, constant or inverted. Give mirrors a \

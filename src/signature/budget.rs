@@ -37,7 +37,7 @@ pub struct Share {
     pub rim: Option<f64>,
     /// Change by a black or a white floor.
     pub floor: f64,
-    /// What given-up paths leave open.
+    /// What given-up paths leave open, and what opaque `auto` facets let through.
     pub given_up: f64,
     /// Effect of hulls that keep fines apart: 3 % of the reflectance, not measured on these
     /// beds. `None` where fines touch, or there are none, or pairs tell it.
@@ -86,7 +86,7 @@ pub(crate) const COLUMNS: [(&str, &str); 11] = [
     ),
     ("rim", "What the outer ring of the view changes beyond chance."),
     ("floor", "What a black or a white floor would change."),
-    ("given_up", "What paths given up leave open."),
+    ("given_up", "What paths given up leave open, and what opaque auto facets let through."),
     (
         "apart",
         "What hulls that keep fines apart may change; empty where fines touch, or pairs tell it.",
@@ -172,7 +172,7 @@ impl Budget {
                 packings: chance.packings,
                 rim,
                 floor,
-                given_up: e.trapped,
+                given_up: e.trapped + e.mean * lets_through(packings, band.wavelength_um),
                 apart,
                 facets: (origin != Origin::Given).then_some(FACETS * (1.0 - e.mean)),
                 spectral_step: *step,
@@ -232,6 +232,11 @@ impl Budget {
 /// Changes of the emissivity by a black and by a white floor. Whatever lies deeper is between them.
 fn floor_changes(packings: &[Table], floor: usize, rho: &[f64], emissivity: f64) -> [f64; 2] {
     [0.0, 1.0].map(|of_floor| with(packings, rho, &[floor], |_| of_floor) - emissivity)
+}
+
+/// What opaque `auto` facets let through, of the bed where it is most. It reaches the sky at most.
+fn lets_through(packings: &[Table], um: f64) -> f64 {
+    packings.iter().map(|table| table.lets_through(um)).fold(0.0, f64::max)
 }
 
 /// The emissivity after a change of the reflectance of some materials.

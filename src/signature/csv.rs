@@ -23,7 +23,7 @@ struct Row<'a> {
 type Column = (&'static str, &'static str, fn(&Row) -> Option<f64>);
 
 /// The columns between `wavelength_um` and `valid`.
-const COLUMNS: [Column; 23] = [
+const COLUMNS: [Column; 24] = [
     (
         "emissivity",
         "Emissivity towards the sensor, 1 - mean W: a property of the bed, whatever its temperatures.",
@@ -99,6 +99,11 @@ const COLUMNS: [Column; 23] = [
     }),
     ("emissivity_eq3", "Emissivity by Eq. 3, under a cold black sky.", |r| Some(r.eq3[0])),
     ("emissivity_eq3_standard_error", "Its standard error.", |r| Some(r.eq3[1])),
+    (
+        "refracted",
+        "Share of the band for which light through auto facets was followed: 1 all; 0 none, they were opaque. Left out without such facets.",
+        |r| r.band.refracted,
+    ),
 ];
 
 /// A column: heading, meaning, and a value for each band.

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use crate::histogram::{Estimate, Mean, Radiance};
 use crate::radiometry::{self, Assumed, Lit, Measured, Retrieved, Temperature};
 use crate::support::error::Error;
-use crate::table::Table;
+use crate::table::{NodesError, Table};
 
 pub use csv::csv_text;
 pub use levels::Levels;
@@ -29,6 +29,9 @@ pub struct Band {
     pub wavelength_um: f64,
     /// Whether the models of all facets hold. `fresnel` facets fail on grains that transmit light.
     pub valid: bool,
+    /// Share of the band for which light through `auto` facets was followed, mean of the beds;
+    /// `None` without such facets.
+    pub refracted: Option<f64>,
     /// Emissivity of the bed towards the sensor: a property of the bed, whatever its temperatures.
     pub emissivity: Estimate,
     /// Radiance emitted.
@@ -55,6 +58,9 @@ pub struct Band {
 /// # Panics
 /// Without a table.
 pub fn evaluate(packings: &[Table], wavelengths_um: &[f64]) -> Result<Vec<Band>, Error> {
+    if packings.iter().any(|table| table.histogram.kept != packings[0].histogram.kept) {
+        return Err(NodesError::Mixed(packings[0].scene.clone()).into());
+    }
     let (lit, levels) = (packings[0].lit(wavelengths_um)?, Levels::of(packings));
     Ok(lit.par_iter().map(|lit| band(packings, &levels, lit)).collect())
 }
@@ -85,6 +91,7 @@ fn band(packings: &[Table], levels: &Levels, lit: &Lit) -> Band {
     Band {
         wavelength_um: lit.wavelength_um,
         valid: packings[0].materials.iter().all(|m| m.is_valid(lit.wavelength_um)),
+        refracted: refracted(packings, lit.wavelength_um),
         emissivity: of(|(emissivity, _)| *emissivity),
         l_emitted: of(|(_, radiance)| radiance.l_emitted),
         l_reflected: of(|(_, radiance)| radiance.l_reflected),
@@ -93,6 +100,11 @@ fn band(packings: &[Table], levels: &Levels, lit: &Lit) -> Band {
         l_downwelling: lit.l_downwelling,
         path: lit.path,
     }
+}
+
+fn refracted(packings: &[Table], um: f64) -> Option<f64> {
+    let shares: Option<Vec<f64>> = packings.iter().map(|table| table.opaque_share(um)).collect();
+    shares.map(|shares| 1.0 - shares.iter().sum::<f64>() / shares.len() as f64)
 }
 
 impl Band {

@@ -46,7 +46,7 @@ pub struct Window {
     pub rim: Option<f64>,
     /// Change by a black or a white floor.
     pub floor: f64,
-    /// What given-up paths leave open.
+    /// What given-up paths leave open, and what opaque `auto` facets let through.
     pub given_up: f64,
     /// What hulls that keep fines apart may change; `None` where fines touch, or pairs tell it.
     #[serde(default, skip_serializing_if = "Option::is_none")]

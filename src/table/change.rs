@@ -80,7 +80,7 @@ impl Table {
             let traced = material.spectrum.to_string();
             return Err(ChangeError::Scatter { name: name.into(), traced });
         }
-        material.spectrum = spectrum;
+        (material.spectrum, material.auto) = (spectrum, false);
         Ok(())
     }
 

@@ -172,14 +172,19 @@ impl Table {
                 t.materials.iter().map(TableMaterial::uncounted).collect::<Vec<_>>(),
                 (t.temperature_k, t.layers.clone()),
                 (t.sky_temperature_k.clone(), t.sky_radiance.clone(), t.atmosphere.clone()),
-                (t.view, t.histogram.kept, t.nodes.clone()),
+                (t.view, t.histogram.kept),
                 // A bed in the open alone has no cells.
                 (t.cells.is_some(), t.field.is_some()),
             )
         };
         for (i, table) in tables.iter().enumerate().skip(1) {
             let twin = tables[..i].iter().position(|t| t.scene_sha256 == table.scene_sha256);
-            let problem = if of(table) != of(&tables[0]) {
+            let nodes = [table, &tables[0]].map(|t| t.nodes.as_ref());
+            let are_alike = match nodes {
+                [Some(a), Some(b)] => a.are_those_of(b),
+                _ => true,
+            };
+            let problem = if of(table) != of(&tables[0]) || !are_alike {
                 format!("this is not a packing of the scene of {}", paths[0].display())
             } else if let Some(twin) = twin {
                 let other = paths[twin].display();

@@ -39,6 +39,10 @@ pub struct TableMaterial {
     pub name: String,
     /// Its emissivity spectrum.
     pub spectrum: Spectrum,
+    /// Whether its facets are opaque where its grains let no light through (`auto`). Its spectrum is
+    /// `fresnel` if that is so in all bands, else `refractive`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub auto: bool,
     /// Its temperature, kelvin, if it is not the scene's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub temperature_k: Option<f64>,
@@ -58,9 +62,31 @@ fn is_zero(value: &f64) -> bool {
 }
 
 impl TableMaterial {
+    /// Share of diffuse light that its grains let through at a wavelength in um. `None` of facets
+    /// that are not `auto`.
+    pub fn lets_through(&self, wavelength_um: f64) -> Option<f64> {
+        let (Spectrum::Refractive(_, crystal) | Spectrum::Fresnel(_, crystal)) = &self.spectrum
+        else {
+            return None;
+        };
+        // A mesh without an inside is refused before.
+        let chord_um = self.mean_chord_um.unwrap_or(0.0);
+        self.auto.then(|| crystal.diffuse_transmittance(wavelength_um, chord_um))
+    }
+
     /// Without what was measured on this one bed.
     pub(super) fn uncounted(&self) -> Self {
         Self { first_hits: 0, mean_chord_um: None, ..self.clone() }
+    }
+
+    /// Its facets as opaque ones, if they are `auto`.
+    pub(super) fn opaque(self) -> Self {
+        match self.spectrum {
+            Spectrum::Refractive(name, crystal) if self.auto => {
+                Self { spectrum: Spectrum::Fresnel(name, crystal), ..self }
+            }
+            _ => self,
+        }
     }
 
     /// Whether the model of its facets holds at a wavelength in um. Particles must be large against
@@ -69,12 +95,16 @@ impl TableMaterial {
     /// much are the domain of wave optics.
     pub fn is_valid(&self, wavelength_um: f64) -> bool {
         match (&self.spectrum, self.mean_chord_um) {
-            (Spectrum::Fresnel(_, crystal), Some(chord_um)) => {
+            // What opaque `auto` facets let through is in the budget.
+            (Spectrum::Fresnel(_, crystal), Some(chord_um)) if !self.auto => {
                 chord_um >= LEAST_WAVELENGTHS * wavelength_um
                     && crystal.transmittance(wavelength_um, chord_um) < MOST_TRANSMITTED
             }
             // Where faces reflect little, light passes through grains, and single faces matter less.
-            (Spectrum::Refractive(_, crystal), Some(chord_um)) => {
+            (
+                Spectrum::Refractive(_, crystal) | Spectrum::Fresnel(_, crystal),
+                Some(chord_um),
+            ) => {
                 chord_um >= LEAST_WAVELENGTHS * wavelength_um
                     || (chord_um >= LEAST_WHERE_CLEAR * wavelength_um
                         && crystal.hemispherical_reflectance(wavelength_um) < MOST_REFLECTED)

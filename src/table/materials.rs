@@ -118,11 +118,13 @@ impl Spectrum {
                 Self::Tabulated(format::read_one(&folder.join(path), &Reading::default())?)
             }
             SpectrumSource::Fresnel(Constants::Shipped(name)) => Self::fresnel(name)?,
-            SpectrumSource::Refractive(Constants::Shipped(name)) => Self::refractive(name)?,
+            SpectrumSource::Refractive(Constants::Shipped(name))
+            | SpectrumSource::Auto(Constants::Shipped(name)) => Self::refractive(name)?,
             SpectrumSource::Fresnel(Constants::File(ConstantsFile { file })) => {
                 Self::of_crystal(Crystal::read(&folder.join(file)).map_err(SpectrumError::from)?)
             }
-            SpectrumSource::Refractive(Constants::File(ConstantsFile { file })) => {
+            SpectrumSource::Refractive(Constants::File(ConstantsFile { file }))
+            | SpectrumSource::Auto(Constants::File(ConstantsFile { file })) => {
                 Self::into_crystal(Crystal::read(&folder.join(file)).map_err(SpectrumError::from)?)
             }
             SpectrumSource::Inverted(Inverted { spectrum, pure_bed }) => {

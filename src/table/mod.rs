@@ -251,6 +251,21 @@ impl Table {
         reflectances(&spectra, self.histogram.kept, wavelengths_um)
     }
 
+    /// The share of a band for which `auto` facets were opaque; `None` without such facets.
+    pub fn opaque_share(&self, wavelength_um: f64) -> Option<f64> {
+        match &self.nodes {
+            Some(nodes) => nodes.opaque_share(wavelength_um),
+            None => self.materials.iter().any(|m| m.auto).then_some(1.0),
+        }
+    }
+
+    /// Share of the light that enters grains which opaque `auto` facets let through, at most; 0
+    /// without such facets.
+    pub fn lets_through(&self, wavelength_um: f64) -> f64 {
+        let most = self.materials.iter().filter_map(|m| m.lets_through(wavelength_um));
+        self.opaque_share(wavelength_um).unwrap_or(0.0) * most.fold(0.0, f64::max)
+    }
+
     /// The mean weight that paths bring to the sky, for a reflectance of each symbol.
     pub fn weight(&self, reflectance: &[f64]) -> Mean {
         self.histogram.weight(reflectance)

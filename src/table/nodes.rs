@@ -35,6 +35,9 @@ pub struct Nodes {
     /// mirror, or there is no floor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor: Option<usize>,
+    /// Of each wavelength whether `auto` facets are opaque there; empty without such facets.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub opaque: Vec<bool>,
 }
 
 /// A scene with refractive facets cannot be traced.
@@ -52,6 +55,9 @@ pub enum NodesError {
     /// A mesh has no inside.
     #[error("the mesh {0:?} is refractive and not closed: it has no inside")]
     Open(String),
+    /// Packings were not traced alike.
+    #[error("auto facets are opaque in some beds of {0:?} and refract in others")]
+    Mixed(String),
     /// An image would need a trace of each band.
     #[error("images of scenes with refractive facets cannot be made")]
     Image,
@@ -70,6 +76,7 @@ impl Failure for NodesError {
             Self::Open(_) => {
                 "close the mesh, or give it opaque facets: fresnel or a spectrum".into()
             }
+            Self::Mixed(_) => "give them fresnel or refractive facets".into(),
             Self::Image => "use fresnel facets for images of opaque grains".into(),
         })
     }
@@ -109,7 +116,7 @@ impl Nodes {
         }
         let is_plain = |i: &usize| !materials[*i].spectrum.is_angular();
         let wavelength_um = chosen(materials, wavelengths_um);
-        Ok(Some(Self { wavelength_um, floor: floor.filter(is_plain) }))
+        Ok(Some(Self { wavelength_um, floor: floor.filter(is_plain), opaque: Vec::new() }))
     }
 
     /// In each band the factor of each symbol: those of the nodes give the straight line between the
@@ -130,14 +137,8 @@ impl Nodes {
             // Paths are counted once for each node, so that a node has a share of them.
             let whole = nodes.len() as f64;
             let mut factors = vec![0.0; nodes.len() + 1];
-            let after = nodes.partition_point(|node| *node < um).min(last);
-            if after == 0 || nodes[after] == um {
-                factors[after] = whole;
-            } else {
-                let [a, b] = [nodes[after - 1], nodes[after]];
-                let beyond = (um - a) / (b - a);
-                factors[after - 1] = whole * (1.0 - beyond);
-                factors[after] = whole * beyond;
+            for (node, share) in self.shares(um) {
+                factors[node] += whole * share;
             }
             factors[last + 1] = match self.floor {
                 Some(floor) => kirchhoff(materials[floor].spectrum.emissivity(um)?),
@@ -146,6 +147,30 @@ impl Nodes {
             Ok(factors)
         };
         wavelengths_um.iter().map(of_band).collect()
+    }
+
+    /// The two nodes of which a band between them is made, with their shares.
+    fn shares(&self, um: f64) -> [(usize, f64); 2] {
+        let nodes = &self.wavelength_um;
+        let after = nodes.partition_point(|node| *node < um).min(nodes.len() - 1);
+        if after == 0 || nodes[after] == um {
+            return [(after, 1.0), (after, 0.0)];
+        }
+        let [a, b] = [nodes[after - 1], nodes[after]];
+        let beyond = (um - a) / (b - a);
+        [(after - 1, 1.0 - beyond), (after, beyond)]
+    }
+
+    /// The share of a band for which `auto` facets were opaque; `None` without such facets.
+    pub(super) fn opaque_share(&self, um: f64) -> Option<f64> {
+        let of = |(node, share): (usize, f64)| if self.opaque[node] { share } else { 0.0 };
+        (!self.opaque.is_empty()).then(|| self.shares(um).map(of).iter().sum())
+    }
+
+    /// Whether two beds have the same nodes. In some `auto` facets may be opaque that refract in the
+    /// other.
+    pub(super) fn are_those_of(&self, other: &Self) -> bool {
+        self.wavelength_um == other.wavelength_um && self.floor == other.floor
     }
 
     /// The error of straight lines at each wavelength, um, by the values at the nodes.
@@ -178,7 +203,9 @@ impl Nodes {
         let um = &self.wavelength_um;
         let is_sound = !um.is_empty() && um.windows(2).all(|pair| pair[0] < pair[1]);
         let has_floor = self.floor.is_none_or(|floor| floor < materials);
-        (!is_sound || !has_floor).then(|| "the nodes are not ascending, or lack the floor".into())
+        let is_whole = self.opaque.is_empty() || self.opaque.len() == um.len();
+        (!is_sound || !has_floor || !is_whole)
+            .then(|| "the nodes are not ascending, or lack the floor".into())
     }
 }
 
@@ -232,6 +259,7 @@ mod tests {
         TableMaterial {
             name: "grain".into(),
             spectrum: Spectrum::refractive(constants).expect("shipped"),
+            auto: false,
             temperature_k: None,
             specular: 1.0,
             mean_chord_um: None,
@@ -249,7 +277,7 @@ mod tests {
         let um = chosen(&materials, &grid());
         assert!(um.len() > 40 && um.len() < 250, "{}", um.len());
         assert_eq!((um[0], um[um.len() - 1]), (7.5, 14.0));
-        let nodes = Nodes { wavelength_um: um.clone(), floor: None };
+        let nodes = Nodes { wavelength_um: um.clone(), floor: None, opaque: Vec::new() };
         let factors = nodes.reflectances(&materials, &grid()).expect("within");
         for (um, factors) in grid().iter().zip(factors) {
             let exact = compared(&materials, *um);
@@ -266,7 +294,8 @@ mod tests {
 
     #[test]
     fn line_errors_are_those_of_a_parabola() {
-        let nodes = Nodes { wavelength_um: vec![8.0, 8.5, 9.5, 10.0], floor: None };
+        let wavelength_um = vec![8.0, 8.5, 9.5, 10.0];
+        let nodes = Nodes { wavelength_um, floor: None, opaque: Vec::new() };
         let of = |um: f64| 0.1 * um * um;
         let values: Vec<f64> = nodes.wavelength_um.iter().map(|um| of(*um)).collect();
         let errors = nodes.line_errors(&values, &[8.0, 9.0, 9.5]);

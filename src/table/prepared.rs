@@ -1,12 +1,13 @@
 //! A scene with the contents of its files except meshes, read once.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::materials::{MaterialError, ResolveError, reflectances, specular};
 use super::{Nodes, TableMaterial};
 use crate::histogram::tally::{COSINES, Kept, ZENITHS};
 use crate::radiometry::air::{Air, air};
-use crate::scene::{Layers, Material, Scene};
+use crate::scene::{Layers, Material, Scene, SpectrumSource};
 use crate::spectrum::Spectrum;
 use crate::support::error::Error;
 
@@ -38,6 +39,14 @@ impl Prepared {
     /// A file cannot be read or does not cover the bands.
     pub fn new(scene: Scene, wavelengths_um: &[f64]) -> Result<Self, Error> {
         let materials = resolved(&scene)?;
+        Self::of(scene, materials, wavelengths_um)
+    }
+
+    fn of(
+        scene: Scene,
+        materials: Vec<TableMaterial>,
+        wavelengths_um: &[f64],
+    ) -> Result<Self, Error> {
         if let Some(nodes) = Nodes::of(&scene, &materials, wavelengths_um)? {
             return Self::with_nodes(scene, materials, wavelengths_um, nodes);
         }
@@ -93,6 +102,40 @@ impl Prepared {
         })
     }
 
+    /// Where `auto` facets are opaque, for the mean chord of each material, um: in the bands in which
+    /// the smallest grains of a crystal let through at most this share of diffuse light. Facets that
+    /// are opaque in all bands become `fresnel` ones.
+    ///
+    /// # Errors
+    /// Those of [`Prepared::new`].
+    pub fn decided(&self, chords_um: &[Option<f64>], most: f64) -> Result<Cow<'_, Self>, Error> {
+        let Some(nodes) = self.nodes.as_ref().filter(|_| self.materials.iter().any(|m| m.auto))
+        else {
+            return Ok(Cow::Borrowed(self));
+        };
+        let mut materials = self.materials.to_vec();
+        for (material, chord) in materials.iter_mut().zip(chords_um) {
+            material.mean_chord_um = *chord;
+        }
+        let is_opaque = |um: &f64, scale: f64| {
+            let smaller = |m: &TableMaterial| {
+                let mean_chord_um = m.mean_chord_um.map(|chord| scale * chord);
+                TableMaterial { mean_chord_um, ..m.clone() }.lets_through(*um)
+            };
+            materials.iter().filter_map(smaller).all(|share| share <= most)
+        };
+        // Packings of a recipe differ a little in the size of their grains, and all go one way.
+        if materials.iter().all(|m| m.auto || !m.spectrum.is_refractive())
+            && self.wavelengths_um.iter().all(|um| is_opaque(um, 0.5))
+        {
+            let materials = self.materials.iter().cloned().map(TableMaterial::opaque).collect();
+            return Ok(Cow::Owned(Self::of(self.scene.clone(), materials, &self.wavelengths_um)?));
+        }
+        let opaque = nodes.wavelength_um.iter().map(|um| is_opaque(um, 1.0)).collect();
+        let nodes = Some(Nodes { opaque, ..nodes.clone() });
+        Ok(Cow::Owned(Self { nodes, ..self.clone() }))
+    }
+
     /// The same with another scene of the same materials and sky.
     #[must_use]
     pub fn with(&self, scene: Scene) -> Self {
@@ -114,6 +157,7 @@ pub(crate) fn resolved(scene: &Scene) -> Result<Vec<TableMaterial>, MaterialErro
             name: material.name.clone(),
             specular: specular(material, &spectrum),
             spectrum,
+            auto: matches!(material.spectrum, SpectrumSource::Auto(_)),
             temperature_k: material.temperature_k,
             mean_chord_um: None,
             first_hits: 0,

@@ -77,12 +77,18 @@ struct Along {
 impl Node {
     /// At each node of a scene.
     pub(super) fn of(nodes: &Nodes, materials: &[TableMaterial]) -> Vec<Self> {
-        nodes.wavelength_um.iter().map(|&um| Self::new(nodes, materials, um)).collect()
+        let of = |(i, um): (usize, &f64)| {
+            Self::new(nodes, materials, *um, nodes.opaque.get(i) == Some(&true))
+        };
+        nodes.wavelength_um.iter().enumerate().map(of).collect()
     }
 
-    fn new(nodes: &Nodes, materials: &[TableMaterial], wavelength_um: f64) -> Self {
+    fn new(nodes: &Nodes, materials: &[TableMaterial], wavelength_um: f64, opaque: bool) -> Self {
         let mut crystals: Vec<&Arc<Crystal>> = Vec::new();
         let facets = materials.iter().enumerate().map(|(i, material)| match &material.spectrum {
+            Spectrum::Refractive(_, crystal) if opaque && material.auto => {
+                Kind::Mirror(Arc::clone(crystal))
+            }
             Spectrum::Refractive(_, crystal) => {
                 let known = crystals.iter().position(|known| *known == crystal);
                 Kind::Into(known.unwrap_or_else(|| {

@@ -112,6 +112,8 @@ pub fn trace(
     monitor: &dyn Monitor,
 ) -> Result<Table, Error> {
     let Request { grid, target, partial, what } = request;
+    // What is left out is a small part of the tolerance, as with paths that are given up.
+    let prepared = &*prepared.decided(&tracer.bed().mean_chords_um(), target.least_weight)?;
     let bands = &prepared.reflectances;
     if prepared.nodes.is_some() {
         light::check(tracer.bed(), &prepared.materials)?;

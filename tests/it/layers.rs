@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use insta::assert_snapshot;
 use serde_json::{Value, json};
+use soilsig::products::cube::Cube;
 use soilsig::radiometry::planck;
 use soilsig::scene::Layers;
 use soilsig::signature::{self, Band};
@@ -275,4 +276,59 @@ fn layers_are_read_as_they_were_written() {
     let read = |value: &Value| serde_json::from_value::<Layers>(value.clone()).expect("layers");
     let skin = sun(30.0, 10.0);
     assert_eq!(read(&serde_json::to_value(read(&skin)).expect("JSON")), read(&skin));
+}
+
+/// The radiance of each pixel at 9 um, line by line from above.
+fn image(place: &Place, scene: &Value, pixels: &str) -> Vec<f64> {
+    place.write("scene.json", scene.to_string());
+    let args = ["image", "scene.json", "--out", "i", "--pixels", pixels, "--range", "9-9"];
+    place.run(&[&args[..], &["--noise", "0.01"]].concat(), 0);
+    let cube = Cube::read(&place.path("i/radiance.img")).expect("a cube");
+    cube.data.iter().map(|l| f64::from(*l)).collect()
+}
+
+/// Black squares at four heights, side by side.
+#[test]
+fn each_pixel_glows_by_the_depth_and_the_sun_of_what_it_sees() {
+    let place = Place::new();
+    // Depths: the first point, the middle of a bin, the last point, beyond it.
+    let depths = [0.0, 103.0 + 1.0 / 3.0, 200.0, 350.0];
+    let squares = depths.iter().enumerate().map(|(i, depth)| {
+        square(1 + 4 * i, "m0", [100.0 * (i % 2) as f64, 100.0 * (i / 2) as f64, 100.0, -depth])
+    });
+    place.write("mesh.obj", squares.collect::<String>());
+    let points = [point(0, 330), point(200, 290)];
+    let at = |depth: f64| 330.0 - 0.2 * depth.min(200.0);
+    for warmer_k in [0.0, 15.0] {
+        let sun = json!({"zenith_deg": 0, "warmer_k": warmer_k});
+        let temperature = json!({"depths": points, "sun": sun});
+        let case = Case { obj: String::new(), emissivities: vec![1.0], temperature };
+        let found = image(&place, &case.scene(), "2x2");
+        // The first line is the far one.
+        for (l, depth) in found.iter().zip([depths[2], depths[3], depths[0], depths[1]]) {
+            let exact = at_9_um(at(depth) + warmer_k);
+            assert!((l / exact - 1.0).abs() < 1e-5, "depth {depth}: {l}, {exact}");
+        }
+    }
+}
+
+/// A plate above another one, with all that they reflect of each other, in a slanting sun.
+#[test]
+fn the_mean_of_an_image_in_layers_is_the_radiance_of_the_table() {
+    let place = Place::new();
+    let obj =
+        square(1, "m0", [100.0, 100.0, 200.0, 0.0]) + &square(5, "m1", [0.0, 0.0, 500.0, -80.0]);
+    place.write("mesh.obj", &obj);
+    let mut temperature = sun(40.0, 30.0);
+    temperature["depths"] = json!([point(0, 325), point(80, 290)]);
+    let case = Case { obj, emissivities: vec![0.7, 0.4], temperature };
+    let table = band(&case.trace(0.002)).l_target;
+    let found = image(&place, &case.scene(), "20x20");
+    let mean = found.iter().sum::<f64>() / found.len() as f64;
+    // A pixel is known to .01 in emissivity, some .01 of a black body, and the mean of 400 to .0005.
+    let error = table.standard_error.hypot(0.0005 * at_9_um(325.0));
+    assert!((mean - table.mean).abs() < 4.0 * error, "{mean} {table:?}");
+    // The upper plate is in the sun, and reflects nothing of what is below it.
+    let most = found.iter().copied().fold(0.0, f64::max);
+    assert!((most / (0.7 * at_9_um(345.0)) - 1.0).abs() < 1e-5, "{most}");
 }

@@ -1,5 +1,6 @@
 //! Light through grains, against closed forms, and what is refused.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use insta::assert_snapshot;
@@ -264,12 +265,7 @@ fn opaque_grains_are_the_mirrors_of_fresnel_facets() {
 #[test]
 fn a_run_with_refraction_takes_few_wavelengths_and_marks_where_rays_do_not_hold() {
     let place = Place::new();
-    let quartz = json!({"refractive": "quartz_zeidler"});
-    let bed = (0..4).map(|i| {
-        let low = [f64::from(i % 2) * 50.0 + 5.0, f64::from(i / 2) * 50.0 + 5.0, 0.0];
-        cuboid(1 + 8 * i as usize, "stone", [low, low.map(|x| x + 40.0)])
-    });
-    let case = Case { floor: Some(0.9), ..Case::new(bed.collect(), vec![("stone", quartz)]) };
+    let case = blocks(json!({"refractive": "quartz_zeidler"}));
     let scene = case.write(&place);
     let args =
         ["pipeline", "--scene", &scene, "--out", "r", "--step", "0.05", "--tolerance", "0.01"];
@@ -289,6 +285,100 @@ fn a_run_with_refraction_takes_few_wavelengths_and_marks_where_rays_do_not_hold(
     assert_eq!(place.read("s.csv"), csv);
     let budget = place.read("r/budget.csv");
     assert!(budget.lines().next().expect("headings").contains("spectral_step"));
+}
+
+/// Four blocks of 40 um side by side on a grey floor.
+fn blocks(spectrum: Value) -> Case {
+    let bed = (0..4).map(|i| {
+        let low = [f64::from(i % 2) * 50.0 + 5.0, f64::from(i / 2) * 50.0 + 5.0, 0.0];
+        cuboid(1 + 8 * i as usize, "stone", [low, low.map(|x| x + 40.0)])
+    });
+    Case { floor: Some(0.9), ..Case::new(bed.collect(), vec![("stone", spectrum)]) }
+}
+
+/// The columns of a signature or a budget, by heading.
+fn columns(csv: &str) -> BTreeMap<String, Vec<f64>> {
+    let mut rows = csv.lines().map(|line| line.split(','));
+    let headings = rows.next().expect("headings").map(str::to_owned);
+    let mut columns: Vec<(String, Vec<f64>)> = headings.map(|heading| (heading, vec![])).collect();
+    for row in rows {
+        for ((_, column), field) in columns.iter_mut().zip(row) {
+            column.push(field.parse().unwrap_or(f64::NAN));
+        }
+    }
+    columns.into_iter().collect()
+}
+
+#[test]
+fn auto_facets_of_opaque_grains_are_fresnel_ones_byte_for_byte() {
+    let place = Place::new();
+    constants(&place, "opaque", Complex64::new(0.4, 2.5));
+    let [fresnel, auto] = ["fresnel", "auto"].map(|kind| {
+        let scene = blocks(json!({kind: {"file": "opaque.json"}})).write(&place);
+        let table = format!("{kind}.json");
+        let csv = format!("{kind}.csv");
+        place.run(&["trace", &scene, "--out", &table, "--tolerance", "0.01"], 0);
+        place.run(&["signature", &table, "--out", &csv], 0);
+        let table = Table::read(&place.path(table)).expect("a table");
+        (table, place.read(&csv))
+    });
+    assert!(auto.0.nodes.is_none() && auto.0.histogram == fresnel.0.histogram);
+    let small = ["--pixels", "2x2", "--range", "9-9", "--noise", "0.1"];
+    let scene = blocks(json!({"auto": {"file": "opaque.json"}})).write(&place);
+    place.run(&[&["image", &scene, "--out", "i"][..], &small].concat(), 0);
+    let scene = blocks(json!({"auto": "quartz_zeidler"})).write(&place);
+    let said = place.failed(&["image", &scene, "--out", "j", "--range", "11-11"]);
+    assert!(said.contains("images of scenes with refractive facets"), "{said}");
+    let of = |csv: &str, without: &[&str]| -> Vec<String> {
+        let headings: Vec<&str> = csv.lines().next().expect("headings").split(',').collect();
+        let keeps = |line: &str| {
+            let cells = line.split(',').zip(&headings).filter(|(_, of)| !without.contains(of));
+            cells.map(|(cell, _)| cell).collect::<Vec<_>>().join(",")
+        };
+        csv.lines().map(keeps).collect()
+    };
+    // What the decision leaves open is in the total. `fresnel` facets ask for opaque grains of ten
+    // wavelengths, and so do `auto` ones.
+    let total = "emissivity_total_half_width_95";
+    assert_eq!(of(&auto.1, &[total, "refracted"]), of(&fresnel.1, &[total]));
+    let (a, b) = (columns(&auto.1), columns(&fresnel.1));
+    assert!(a["refracted"].iter().all(|share| *share == 0.0));
+    for (wide, narrow) in a[total].iter().zip(&b[total]) {
+        assert!(wide > narrow && wide - narrow < 0.002, "{wide} {narrow}");
+    }
+}
+
+#[test]
+fn auto_facets_refract_where_grains_let_light_through_and_the_budget_holds_the_difference() {
+    let place = Place::new();
+    let [refractive, auto] = ["refractive", "auto"].map(|kind| {
+        let scene = blocks(json!({kind: "quartz_zeidler"})).write(&place);
+        let bands = ["--range", "7.5-12", "--step", "0.1", "--tolerance", "0.02"];
+        let out = format!("{kind}_run");
+        place.run(&[&["pipeline", "--scene", &scene, "--out", &out][..], &bands].concat(), 0);
+        let table = Table::read(&place.path(format!("{out}/table.json"))).expect("a table");
+        let [signature, budget] = ["signature", "budget"]
+            .map(|name| columns(&place.read(&format!("{out}/{name}.csv"))));
+        (table, signature, budget)
+    });
+    let (table, signature, budget) = &auto;
+    let opaque = &table.nodes.as_ref().expect("it refracts in some bands").opaque;
+    assert!(opaque.contains(&true) && opaque.contains(&false));
+    let um = &signature["wavelength_um"];
+    let at = |wanted: f64| um.iter().position(|um| (um - wanted).abs() < 1e-9).expect("a band");
+    let refracted = &signature["refracted"];
+    assert!(refracted[at(9.0)] == 0.0 && refracted[at(11.0)] == 1.0 && refracted[at(7.5)] == 1.0);
+    assert!(!refractive.1.contains_key("refracted"));
+    // The decision leaves open a fifth of the tolerance at most, and nothing where light is followed.
+    let open = |i: usize| budget["given_up"][i] - refractive.2["given_up"][i];
+    assert!(open(at(9.0)) > 0.0 && open(at(9.0)) <= 0.004 && open(at(11.0)).abs() < 1e-6);
+    for i in 0..um.len() {
+        let e = |of: &BTreeMap<String, Vec<f64>>| {
+            (of["emissivity"][i], of["emissivity_total_half_width_95"][i])
+        };
+        let ((a, total_a), (b, total_b)) = (e(signature), e(&refractive.1));
+        assert!((a - b).abs() < total_a + total_b, "{} um: {a} {b}", um[i]);
+    }
 }
 
 #[test]

@@ -79,10 +79,11 @@ pub fn make(
     let bands = bands::bands(sensor, scene.folder(), grid)?;
     let camera = Camera::new(tracer.bed(), sensor)?;
     let prepared = Prepared::new(scene.clone(), &bands.nodes_um)?;
+    let target = Target::of(T_95 * asked.noise);
+    let prepared = prepared.decided(&tracer.bed().mean_chords_um(), target.least_weight)?;
     if prepared.nodes.is_some() {
         return Err(NodesError::Image.into());
     }
-    let target = Target::of(T_95 * asked.noise);
     let rules =
         TracingRules::new(&prepared).ending_below(target.least_weight, &prepared.reflectances);
     let table = trace::untraced(tracer, &prepared, Stop::new(&target, grid.clone()))?;

@@ -284,6 +284,20 @@ impl Crystal {
         })
     }
 
+    /// Share of diffuse light that goes straight through a ball of this mean chord, um. Its chords
+    /// are D mu with the density 2 mu of their cosines, and its mean chord is 2 D / 3.
+    pub fn diffuse_transmittance(&self, wavelength_um: f64, mean_chord_um: f64) -> f64 {
+        self.mean(wavelength_um, |eps| {
+            let diameter_um = 1.5 * mean_chord_um;
+            let x = 4.0 * PI * math::sqrt(eps).im * diameter_um / wavelength_um;
+            if x < 1e-3 {
+                1.0 - 2.0 * x / 3.0
+            } else {
+                2.0 * (1.0 - math::exp(-x) * (1.0 + x)) / (x * x)
+            }
+        })
+    }
+
     fn mean(&self, wavelength_um: f64, of: impl Fn(Complex64) -> f64) -> f64 {
         let axes = self.axes.each();
         let sum: f64 =
