@@ -101,10 +101,7 @@ impl TableMaterial {
                     && crystal.transmittance(wavelength_um, chord_um) < MOST_TRANSMITTED
             }
             // Where faces reflect little, light passes through grains, and single faces matter less.
-            (
-                Spectrum::Refractive(_, crystal) | Spectrum::Fresnel(_, crystal),
-                Some(chord_um),
-            ) => {
+            (Spectrum::Refractive(_, crystal) | Spectrum::Fresnel(_, crystal), Some(chord_um)) => {
                 chord_um >= LEAST_WAVELENGTHS * wavelength_um
                     || (chord_um >= LEAST_WHERE_CLEAR * wavelength_um
                         && crystal.hemispherical_reflectance(wavelength_um) < MOST_REFLECTED)

@@ -357,8 +357,8 @@ fn auto_facets_refract_where_grains_let_light_through_and_the_budget_holds_the_d
         let out = format!("{kind}_run");
         place.run(&[&["pipeline", "--scene", &scene, "--out", &out][..], &bands].concat(), 0);
         let table = Table::read(&place.path(format!("{out}/table.json"))).expect("a table");
-        let [signature, budget] = ["signature", "budget"]
-            .map(|name| columns(&place.read(&format!("{out}/{name}.csv"))));
+        let [signature, budget] =
+            ["signature", "budget"].map(|name| columns(&place.read(format!("{out}/{name}.csv"))));
         (table, signature, budget)
     });
     let (table, signature, budget) = &auto;
