@@ -32,7 +32,7 @@ SMALL = 0.4
 
 
 class Curves:
-    """A curve of each packing, and where the model of the facets holds."""
+    """A curve of each packing."""
 
     def __init__(self, work, tables, *options):
         out = work.folder / "signature.csv"
@@ -43,7 +43,6 @@ class Curves:
                 rows = list(csv.DictReader(file))
             self.emissivity.append([float(row["emissivity"]) for row in rows])
         self.um = np.array([float(row["wavelength_um"]) for row in rows])
-        self.valid = np.array([row["valid"] == "1" for row in rows])
         self.emissivity = np.array(self.emissivity)
 
     def mean(self, within):
@@ -51,10 +50,6 @@ class Curves:
         means = self.emissivity[:, self.inside(within)].mean(1)
         error = means.std(ddof=1) / np.sqrt(len(means)) if len(means) > 1 else np.nan
         return means.mean(), error
-
-    def share(self, within):
-        """Share of the bands in which the model of the facets holds."""
-        return self.valid[self.inside(within)].mean()
 
     def inside(self, within):
         return (within[0] - 1e-9 <= self.um) & (within[1] + 1e-9 >= self.um)
@@ -157,14 +152,13 @@ def main():
             print(kind, cover, *means, flush=True)
     head = ["facets", "cover"]
     for a, b in RANGES_UM:
-        head += [f"{a:g}-{b:g} um", "standard error"]
-    rows = [head + [f"valid bands in {a:g}-{b:g} um, %" for a, b in RANGES_UM[:2]]]
+        head += [f"{a:g}-{b:g}", f"± {a:g}-{b:g}"]
+    rows = [head]
     for kind in FACETS:
         for cover in COVERS:
             curve = curves[kind, cover]
             cells = [f"{x:.4f}" for within in RANGES_UM for x in curve.mean(within)]
-            valid = [f"{100 * curve.share(within):.0f}" for within in RANGES_UM[:2]]
-            rows.append([kind, cover, *cells, *valid])
+            rows.append([kind, cover, *cells])
     write(work.folder / "dust_refraction.csv", rows)
     um = curves["library", "bare"].um
     names = [f"{kind} {cover}" for kind, cover in curves]
