@@ -7,7 +7,7 @@ COVERAGE = sparse
 WITHOUT =
 
 .PHONY: help run test lint docs wheel setup bench intervals twins chart scale packings tolerances budgets \
-    facets refraction stress torture fuzz kills clean
+    facets refraction dust stress torture fuzz kills clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -78,6 +78,11 @@ chart: setup ## chart error against time, for the settled patch and for sparse b
 refraction: setup ## compare beds that let light through with measured quartz powders
 	cargo build --release
 	python3 scripts/refraction.py target/release/soilsig target/refraction $(LIBRARY)
+
+# docs/measurements/dust_refraction.md
+dust: setup ## compare the four covers by powder spectra and by light through fines (half an hour)
+	cargo build --release
+	python3 scripts/dust_refraction.py target/release/soilsig out/dust
 
 # docs/measurements/scale.md
 scale: setup ## chart time and memory of fields of 10^4 to 10^9 particles

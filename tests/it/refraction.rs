@@ -269,7 +269,8 @@ fn a_run_with_refraction_takes_few_wavelengths_and_marks_where_rays_do_not_hold(
     let scene = case.write(&place);
     let args =
         ["pipeline", "--scene", &scene, "--out", "r", "--step", "0.05", "--tolerance", "0.01"];
-    place.run(&args, 0);
+    let (out, _) = place.run(&args, 0);
+    assert!(!out.contains("bin of cosines"), "paths of nodes have no bins: {out}");
     let table = Table::read(&place.path("r/table.json")).expect("a table");
     let nodes = table.nodes.as_ref().expect("it refracts").wavelength_um.len();
     assert!(nodes > 20 && nodes < 131, "{nodes}");
@@ -285,6 +286,20 @@ fn a_run_with_refraction_takes_few_wavelengths_and_marks_where_rays_do_not_hold(
     assert_eq!(place.read("s.csv"), csv);
     let budget = place.read("r/budget.csv");
     assert!(budget.lines().next().expect("headings").contains("spectral_step"));
+}
+
+/// Chords of a ball are D mu with the density 2 mu of their cosines.
+#[test]
+fn diffuse_light_goes_through_a_ball_as_by_all_of_its_chords() {
+    let crystal = soilsig::spectrum::crystal("quartz_zeidler").expect("shipped");
+    for (um, chord_um) in [(9.0, 30.0), (11.0, 30.0), (11.0, 300.0), (7.4, 0.01)] {
+        let steps = 20_000;
+        let middle = |i: i32| (f64::from(i) + 0.5) / f64::from(steps);
+        let of = |mu: f64| 2.0 * mu * crystal.transmittance(um, 1.5 * chord_um * mu);
+        let exact = (0..steps).map(|i| of(middle(i))).sum::<f64>() / f64::from(steps);
+        let found = crystal.diffuse_transmittance(um, chord_um);
+        assert!((found - exact).abs() < 1e-5 + 1e-3 * exact, "{um} {chord_um}: {found} {exact}");
+    }
 }
 
 /// Four blocks of 40 um side by side on a grey floor.
