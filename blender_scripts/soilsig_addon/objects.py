@@ -65,11 +65,13 @@ def show(context, o, found):
         return "model it anew"
     to_object_mode(context)
     activate(context, o)
-    mesh = o.data
-    for elements in (mesh.vertices, mesh.edges):
-        elements.foreach_set("select", np.zeros(len(elements), bool))
-    mesh.polygons.foreach_set("select", np.isin(np.arange(len(mesh.polygons)), list(faces)))
     context.tool_settings.mesh_select_mode = (False, False, True)
+    bpy.ops.object.mode_set(mode="EDIT")
+    # Blender 5.0 crashes where a script writes the selection of edges.
+    bpy.ops.mesh.select_all(action="DESELECT")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    polygons = o.data.polygons
+    polygons.foreach_set("select", np.isin(np.arange(len(polygons)), list(faces)))
     bpy.ops.object.mode_set(mode="EDIT")
     return "the faces are selected in Edit Mode"
 
