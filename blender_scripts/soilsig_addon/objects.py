@@ -6,9 +6,10 @@ What the add-on makes is marked by a role; it never removes an object without it
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
-from soilsig_blender.common.errors import BedError
-from soilsig_blender.model import own_grains
-from soilsig_blender.model.mesh_faults import TriangleMesh, faults
+
+from .soilsig_blender.common.errors import BedError
+from .soilsig_blender.model import own_grains
+from .soilsig_blender.model.mesh_faults import TriangleMesh, faults
 
 UNIT_UM = 1000.0
 
