@@ -158,16 +158,20 @@ class Ground:
 def _thinned(points, normals, least):
     """The numbers of points that are `least` apart on one side of the body: the first come stay."""
     i, j = near(points, points, least)
+    i, j = i[j < i], j[j < i]
     away = points[i] - points[j]
-    close = (j < i) & (np.einsum("ij,ij->i", away, away) < least**2)
-    close &= np.einsum("ij,ij->i", normals[i], normals[j]) > 0
-    earlier = [[] for _ in points]
-    for one, two in zip(i[close].tolist(), j[close].tolist()):
-        earlier[one].append(two)
-    kept = []
-    stays = [False] * len(points)
-    for number, before in enumerate(earlier):
-        if not any(stays[other] for other in before):
-            stays[number] = True
-            kept.append(number)
-    return np.array(kept, int)
+    close = np.einsum("ij,ij->i", away, away) < least**2
+    close[close] = np.einsum("ij,ij->i", normals[i[close]], normals[j[close]]) > 0
+    i, j = i[close], j[close]
+    undecided, kept = np.ones((2, len(points)), bool)
+    # Each round decides the points before which none that is undecided comes.
+    while len(i):
+        waits = np.zeros(len(points), bool)
+        waits[i] = True
+        stays = undecided & ~waits
+        undecided &= waits
+        falls = i[stays[j]]
+        undecided[falls] = kept[falls] = False
+        left = undecided[i] & undecided[j]
+        i, j = i[left], j[left]
+    return np.flatnonzero(kept)
