@@ -201,7 +201,7 @@ fn what_is_wrong_with_a_soil_is_refused_with_its_key_and_the_remedy() {
 fn a_bed_tells_what_it_has_of_the_soil_beside_what_was_asked() {
     let place = Place::new();
     let mut stated = soil();
-    stated["porosity"] = json!(0.3);
+    (stated["porosity"], stated["grains"]) = (json!(0.3), json!(72));
     place.write("sand.json", scene(&stated).to_string());
     for blender in real_blenders() {
         let args = ["pipeline", "--scene", "sand.json", "--out", "r", "--tolerance", "0.05"];
