@@ -4,7 +4,6 @@ The work is done by `soilsig_blender`, which the headless scripts use as well.
 """
 
 import os
-import sys
 
 bl_info = {
     "name": "Soilsig grains",
@@ -23,8 +22,8 @@ SCRIPTS = next(
     for folder in (_HERE, os.path.dirname(_HERE))
     if os.path.isdir(os.path.join(folder, "soilsig_blender"))
 )
-if SCRIPTS not in sys.path:
-    sys.path.append(SCRIPTS)
+# An extension may not touch `sys.path`: the scripts are found as a part of this package.
+__path__.append(SCRIPTS)
 
 
 def register():
@@ -38,7 +37,7 @@ def unregister():
 
 
 def _modules():
-    # Imported late: they find `soilsig_blender` by the path above.
+    # Imported late: they find `.soilsig_blender` by the path above.
     from . import (
         body,
         dress,

@@ -4,15 +4,15 @@ import hashlib
 
 import numpy as np
 from mathutils import Matrix, Vector
-from soilsig_blender.common.errors import BedError
-from soilsig_blender.model import own_grains
-from soilsig_blender.model.convex_hull import hull_of
-from soilsig_blender.model.mesh_faults import faults
-from soilsig_blender.model.polyhedron import volume_and_centroid
-from soilsig_blender.model.shapes import equivalent_diameter
 
 from . import dress, objects
 from .operators import GrainOperator, registration
+from .soilsig_blender.common.errors import BedError
+from .soilsig_blender.model import own_grains
+from .soilsig_blender.model.convex_hull import hull_of
+from .soilsig_blender.model.mesh_faults import faults
+from .soilsig_blender.model.polyhedron import volume_and_centroid
+from .soilsig_blender.model.shapes import equivalent_diameter
 
 
 class Normalise(GrainOperator):

@@ -4,13 +4,13 @@ from functools import lru_cache
 
 import numpy as np
 from mathutils import Matrix
-from soilsig_blender.common.errors import BedError
-from soilsig_blender.dust import dressing
-from soilsig_blender.dust.prototype import coats_of, model_fines
-from soilsig_blender.export import own_scene
 
 from . import objects
 from .operators import GrainOperator, progress, registration
+from .soilsig_blender.common.errors import BedError
+from .soilsig_blender.dust import dressing
+from .soilsig_blender.dust.prototype import coats_of, model_fines
+from .soilsig_blender.export import own_scene
 
 
 class Dress(GrainOperator):

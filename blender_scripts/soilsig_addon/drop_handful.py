@@ -11,13 +11,13 @@ import threading
 
 import bpy
 from mathutils import Vector
-from soilsig_blender.common.errors import BedError
-from soilsig_blender.common.events import PREFIX
-from soilsig_blender.export import grain_files, json_files, own_scene
-from soilsig_blender.model import own_grains
 
 from . import SCRIPTS, objects
 from .operators import GrainOperator, registration
+from .soilsig_blender.common.errors import BedError
+from .soilsig_blender.common.events import PREFIX
+from .soilsig_blender.export import grain_files, json_files, own_scene
+from .soilsig_blender.model import own_grains
 
 # Where each stage begins, in per cent of the drop's time; the pointer shows the progress.
 _STAGES = {"model": 0, "dust": 5, "drop": 20, "check": 85, "export": 90}

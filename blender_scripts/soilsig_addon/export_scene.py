@@ -2,10 +2,10 @@
 
 from bpy.props import StringProperty
 from bpy_extras.io_utils import ExportHelper
-from soilsig_blender.export import own_scene
 
 from . import save_grain
 from .operators import Operator, registration
+from .soilsig_blender.export import own_scene
 
 
 class ExportScene(Operator, ExportHelper):

@@ -6,9 +6,10 @@ What the add-on makes is marked by a role; it never removes an object without it
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
-from soilsig_blender.common.errors import BedError
-from soilsig_blender.model import own_grains
-from soilsig_blender.model.mesh_faults import TriangleMesh, faults
+
+from .soilsig_blender.common.errors import BedError
+from .soilsig_blender.model import own_grains
+from .soilsig_blender.model.mesh_faults import TriangleMesh, faults
 
 UNIT_UM = 1000.0
 
@@ -65,11 +66,13 @@ def show(context, o, found):
         return "model it anew"
     to_object_mode(context)
     activate(context, o)
-    mesh = o.data
-    for elements in (mesh.vertices, mesh.edges):
-        elements.foreach_set("select", np.zeros(len(elements), bool))
-    mesh.polygons.foreach_set("select", np.isin(np.arange(len(mesh.polygons)), list(faces)))
     context.tool_settings.mesh_select_mode = (False, False, True)
+    bpy.ops.object.mode_set(mode="EDIT")
+    # Blender 5.0 crashes where a script writes the selection of edges.
+    bpy.ops.mesh.select_all(action="DESELECT")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    polygons = o.data.polygons
+    polygons.foreach_set("select", np.isin(np.arange(len(polygons)), list(faces)))
     bpy.ops.object.mode_set(mode="EDIT")
     return "the faces are selected in Edit Mode"
 

@@ -3,9 +3,9 @@
 from contextlib import contextmanager
 
 import bpy
-from soilsig_blender.common.errors import BedError
 
 from . import objects
+from .soilsig_blender.common.errors import BedError
 
 
 class Operator(bpy.types.Operator):

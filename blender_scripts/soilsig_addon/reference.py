@@ -4,11 +4,11 @@ import bpy
 import numpy as np
 from bpy.props import StringProperty
 from bpy_extras.io_utils import ImportHelper
-from soilsig_blender.common.errors import BedError
-from soilsig_blender.model.silhouette import bar_length
 
 from . import objects
 from .operators import Operator, registration
+from .soilsig_blender.common.errors import BedError
+from .soilsig_blender.model.silhouette import bar_length
 
 
 class LoadImage(Operator, ImportHelper):

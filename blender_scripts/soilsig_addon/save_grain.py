@@ -4,12 +4,12 @@ import json
 import os
 
 import bpy
-from soilsig_blender.common.errors import BedError
-from soilsig_blender.export import grain_files
-from soilsig_blender.model import own_grains
 
 from . import objects
 from .operators import GrainOperator, registration
+from .soilsig_blender.common.errors import BedError
+from .soilsig_blender.export import grain_files
+from .soilsig_blender.model import own_grains
 
 
 class Save(GrainOperator):

@@ -11,7 +11,8 @@ from bpy.props import (
     PointerProperty,
     StringProperty,
 )
-from soilsig_blender.model.shapes import SHAPES
+
+from .soilsig_blender.model.shapes import SHAPES
 
 SIZE_CLASSES = [
     (name, f"{name} ({shape.diameter_um:g} um)", f"Stands for the shape {name} in scenes")

@@ -4,12 +4,12 @@ import json
 import os
 
 import numpy as np
-from soilsig_blender.common.randomness import stream
-from soilsig_blender.model import silhouette, silhouette_body
-from soilsig_blender.model.shapes import SHAPES, model
 
 from . import objects, reference
 from .operators import Operator, progress, registration
+from .soilsig_blender.common.randomness import stream
+from .soilsig_blender.model import silhouette, silhouette_body
+from .soilsig_blender.model.shapes import SHAPES, model
 
 
 class FromSilhouette(Operator):

@@ -19,6 +19,7 @@ pub const SCRIPTS: &[(&str, &str)] = scripts![
     "probe.py",
     "window.py",
     "soilsig_addon/__init__.py",
+    "soilsig_addon/blender_manifest.toml",
     "soilsig_addon/body.py",
     "soilsig_addon/dress.py",
     "soilsig_addon/drop_handful.py",
@@ -106,18 +107,20 @@ mod tests {
 
     use super::SCRIPTS;
 
-    fn python_files(folder: &Path) -> Vec<PathBuf> {
+    fn files(folder: &Path) -> Vec<PathBuf> {
         let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
         entries
-            .flat_map(|path| if path.is_dir() { python_files(&path) } else { vec![path] })
-            .filter(|path| path.extension().is_some_and(|extension| extension == "py"))
+            .flat_map(|path| if path.is_dir() { files(&path) } else { vec![path] })
+            .filter(|path| {
+                path.extension().is_some_and(|ending| ending == "py" || ending == "toml")
+            })
             .collect()
     }
 
     #[test]
     fn the_binary_carries_exactly_the_scripts_of_the_folder() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("blender_scripts");
-        let mut there = python_files(&folder);
+        let mut there = files(&folder);
         there.sort();
         let mut carried: Vec<_> = SCRIPTS.iter().map(|(path, _)| folder.join(path)).collect();
         carried.sort();

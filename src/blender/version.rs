@@ -20,20 +20,20 @@ impl Version {
     /// The oldest Blender that has every feature the scripts use.
     pub const OLDEST: Self = Self { major: 3, minor: 4, patch: 0 };
 
-    /// The series on which the tests run.
-    const TESTED: [(u32, u32); 2] = [(3, 4), (4, 5)];
+    /// The series on which the tests have passed.
+    const TESTED: [(u32, u32); 3] = [(3, 4), (4, 5), (5, 0)];
 
     /// Whether the scripts can run on it.
     pub fn is_supported(self) -> bool {
         self >= Self::OLDEST
     }
 
-    /// Whether the tests run on its series.
+    /// Whether the tests have passed on its series.
     pub fn is_tested(self) -> bool {
         Self::TESTED.contains(&(self.major, self.minor))
     }
 
-    /// The tested series in words: `3.4, 4.5`.
+    /// The tested series in words: `3.4, 4.5, 5.0`.
     pub fn tested_list() -> String {
         Self::TESTED.map(|(major, minor)| format!("{major}.{minor}")).join(", ")
     }

@@ -30,7 +30,7 @@ struct What {
     /// Open the window with the panel "Soilsig" in the sidebar of the 3-D view
     #[arg(long)]
     gui: bool,
-    /// Write the add-on as a zip to install: Edit > Preferences > Add-ons > Install
+    /// Write the add-on as a zip to install in Edit > Preferences: an extension from Blender 4.2 on
     #[arg(long, value_name = "FILE")]
     addon_zip: Option<PathBuf>,
 }

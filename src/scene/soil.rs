@@ -66,6 +66,14 @@ pub struct Soil {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = 1, max = MOST)))]
     pub grains: Option<u32>,
+    /// Porosity below the surface, to be compared with that of the bed. The drop is natural and
+    /// has no means to change it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(
+        feature = "schema",
+        schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))
+    )]
+    pub porosity: Option<f64>,
     /// How the dust sits on a grain.
     #[serde(default)]
     pub seating: Dust,
@@ -342,6 +350,8 @@ impl Soil {
             grains: counts.iter().sum(),
             tray_um: packing.tray_um,
             crop_um: packing.crop_um,
+            asked_porosity: self.porosity,
+            porosity: None,
             components: self.components.iter().enumerate().map(component).collect(),
         }
     }

@@ -18,6 +18,10 @@ impl Soil {
     pub(super) fn check(&self, materials: &[Material]) -> Checked {
         at_most(self.seed, MOST_SEED, &at("seed"))?;
         within(self.grains.unwrap_or(1), 1..=MOST, &at("grains"))?;
+        let porosity = self.porosity.unwrap_or(0.5);
+        need(porosity > 0.0 && porosity < 1.0, &at("porosity"), || {
+            format!("{porosity} is not between 0 and 1: write 40 % as 0.4")
+        })?;
         need(!self.components.is_empty(), &at("components"), || {
             "there must be at least one".into()
         })?;

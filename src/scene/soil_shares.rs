@@ -19,9 +19,20 @@ pub struct SoilShares {
     pub tray_um: [f64; 2],
     /// Width of the rim of the tray that is not looked at, um.
     pub crop_um: f64,
+    /// The porosity asked for, if it was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub asked_porosity: Option<f64>,
+    /// Porosity of the interior, the mean over beds; none before the drop, or of beds too shallow to
+    /// have an interior.
+    #[serde(default)]
+    pub porosity: Option<f64>,
     /// The components.
     pub components: Vec<ComponentShares>,
 }
+
+/// A bed's porosity that is further than this from the one asked for is warned of. Beds of one
+/// recipe differ by half as much.
+const POROSITY_OFF: f64 = 0.02;
 
 /// A component's share of all grains without dust.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -124,10 +135,42 @@ impl SoilShares {
         }
     }
 
+    /// Takes the porosity of the interior of one or more beds.
+    pub fn measure_porosity(&mut self, of_beds: &[f64]) {
+        let mean = of_beds.iter().sum::<f64>() / of_beds.len() as f64;
+        self.porosity = (!of_beds.is_empty()).then_some(mean);
+    }
+
+    /// What to say of a porosity that was asked for and is not attained.
+    pub fn porosity_warning(&self) -> Option<String> {
+        let asked = self.asked_porosity?;
+        let Some(attained) = self.porosity else {
+            return Some("the bed is too shallow to measure its porosity: raise grains".into());
+        };
+        let remedy = match attained - asked {
+            off if off.abs() <= POROSITY_OFF => return None,
+            off if off > 0.0 => {
+                "a poured bed cannot be denser; fines that touch take some 0.05 off \
+                 (drop.collision hull_then_fines)"
+            }
+            _ => "a poured bed cannot be looser",
+        };
+        Some(format!("the porosity is {attained:.3}, asked was {asked}: {remedy}"))
+    }
+
     /// In one line what was attained, and what was asked.
     pub fn line(&self) -> String {
         let of = if self.by_volume { "volume" } else { "mass" };
-        let parts: Vec<String> = self.components.iter().flat_map(ComponentShares::parts).collect();
+        let porosity = match (self.porosity, self.asked_porosity) {
+            (Some(attained), Some(asked)) => {
+                Some(format!("porosity {attained:.3} (asked {asked})"))
+            }
+            (Some(attained), None) => Some(format!("porosity {attained:.3}")),
+            (None, Some(asked)) => Some(format!("porosity is to be {asked}")),
+            (None, None) => None,
+        };
+        let parts = self.components.iter().flat_map(ComponentShares::parts);
+        let parts: Vec<String> = parts.chain(porosity).collect();
         format!("soil of {} grains, by {of}: {}", self.grains, parts.join(", "))
     }
 }

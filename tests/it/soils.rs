@@ -188,14 +188,21 @@ fn what_is_wrong_with_a_soil_is_refused_with_its_key_and_the_remedy() {
         assert!(error.contains(words), "{error}");
         assert!(error.contains("geometry.soil") || error.contains("line"), "{error}");
     }
-    let refused = Scene::parse(&scene(&at("/components", json!([]))).to_string(), Path::new("s"));
-    assert!(refused.expect_err("no component").to_string().contains("at least one"));
+    for (pointer, value, words) in [
+        ("/components", json!([]), "at least one"),
+        ("/porosity", json!(40), "geometry.soil.porosity: 40 is not between 0 and 1"),
+    ] {
+        let refused = Scene::parse(&scene(&at(pointer, value)).to_string(), Path::new("s"));
+        assert!(refused.expect_err(words).to_string().contains(words));
+    }
 }
 
 #[test]
 fn a_bed_tells_what_it_has_of_the_soil_beside_what_was_asked() {
     let place = Place::new();
-    place.write("sand.json", scene(&soil()).to_string());
+    let mut stated = soil();
+    (stated["porosity"], stated["grains"]) = (json!(0.3), json!(72));
+    place.write("sand.json", scene(&stated).to_string());
     for blender in real_blenders() {
         let args = ["pipeline", "--scene", "sand.json", "--out", "r", "--tolerance", "0.05"];
         let args = [&args[..], &["--packings", "1", "--range", "9-11", "--step", "1"]].concat();
@@ -214,8 +221,12 @@ fn a_bed_tells_what_it_has_of_the_soil_beside_what_was_asked() {
         assert!((ratio - 0.02).abs() < 0.002, "{soil:#}");
         assert!(said.contains("soil of ") && said.contains("clay is 0."), "{said}");
         assert!(place.read("r/report.html").contains("Soil of "), "the page tells it");
-        // Cross-checked with what Blender says of its bodies: volumes with their fines.
         let drop = place.json("r/drop.json");
+        // No poured bed is so dense.
+        assert_eq!(soil["asked_porosity"], json!(0.3));
+        assert_eq!(soil["porosity"], drop["bed"]["interior_porosity"], "{soil:#}");
+        assert!(said.contains("warning: the porosity is 0."), "{said}");
+        // Cross-checked with what Blender says of its bodies: volumes with their fines.
         let of = |class: &str| {
             let all = drop["prototypes"].as_array().expect("a list");
             all.iter().find(|p| p["class"] == class).expect("it is there").clone()

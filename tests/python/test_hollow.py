@@ -9,6 +9,7 @@ from soilsig_blender.check.bed_check import check
 from soilsig_blender.check.distance import distance
 from soilsig_blender.common.randomness import stream
 from soilsig_blender.drop.settle import drop
+from soilsig_blender.dust import ground
 from soilsig_blender.dust.cover import measure
 from soilsig_blender.dust.dressing import FineClass, dress, seated_on_base
 from soilsig_blender.dust.hollow_core import HollowCore
@@ -129,6 +130,17 @@ class Body(unittest.TestCase):
 
 
 class Seats(unittest.TestCase):
+    def test_places_are_thinned_first_come_first_served(self):
+        rng = stream(1, "places")
+        points, normals = rng.random((300, 3)) * (1, 1, 0.1), rng.random((300, 3)) - 0.3
+        kept = [0]
+        for i in range(1, len(points)):
+            away = np.linalg.norm(points[kept] - points[i], axis=1)
+            if not ((away < 0.1) & (normals[kept] @ normals[i] > 0)).any():
+                kept.append(i)
+        self.assertLess(len(kept), 250)
+        np.testing.assert_array_equal(ground._thinned(points, normals, 0.1), kept)
+
     def gaps(self, grain, of, dust):
         """Of every fine to the grain's true surface, negative inside; and its depth in the hull."""
         core = HollowCore(grain)

@@ -9,12 +9,14 @@ import unittest
 import bpy
 import numpy as np
 import soilsig_addon
+import tomllib
 from soilsig_blender.common import recipe
 from soilsig_blender.model import own_grains
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../scripts"))
 import sem_image
 
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../..")
 UNIT_UM = 1000
 
 
@@ -210,6 +212,19 @@ class Window(unittest.TestCase):
         grains = [o for o in bed.objects if o.parent and o.parent.name == "bed"]
         self.assertEqual(len(grains), 3)
         self.assertIn(mine, [*bpy.data.objects])
+
+    def test_old_and_new_blenders_are_told_the_same_of_the_add_on(self):
+        with open(os.path.join(ROOT, "Cargo.toml"), "rb") as file:
+            project = tomllib.load(file)["workspace"]["package"]
+        folder = os.path.dirname(soilsig_addon.__file__)
+        with open(os.path.join(folder, "blender_manifest.toml"), "rb") as file:
+            manifest = tomllib.load(file)
+        old = soilsig_addon.bl_info
+        self.assertEqual(manifest["version"], project["version"])
+        self.assertEqual(manifest["version"], ".".join(map(str, old["version"])))
+        self.assertEqual((manifest["name"], manifest["maintainer"]), (old["name"], old["author"]))
+        licences = [name.removeprefix("SPDX:") for name in manifest["license"]]
+        self.assertEqual(" OR ".join(licences), project["license"])
 
     def test_every_operator_can_be_undone_and_says_what_it_does(self):
         names = [name for name in dir(bpy.ops.soilsig) if not name.startswith("_")]

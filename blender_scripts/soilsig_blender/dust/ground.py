@@ -16,6 +16,8 @@ from .bodies import turned
 # are then as many as the lattice of a flat facet has.
 _DENSITY = 6
 _THINNED = 0.777
+# So many of the places are thinned first, then twice as many at a time.
+_FIRST = 256
 # Radius around a seat whose mean normal is taken, as a share of the fine's diameter.
 _AROUND = 0.3
 # Most that a fine is lifted, as a share of its diameter.
@@ -157,17 +159,36 @@ class Ground:
 
 def _thinned(points, normals, least):
     """The numbers of points that are `least` apart on one side of the body: the first come stay."""
-    i, j = near(points, points, least)
-    away = points[i] - points[j]
-    close = (j < i) & (np.einsum("ij,ij->i", away, away) < least**2)
-    close &= np.einsum("ij,ij->i", normals[i], normals[j]) > 0
-    earlier = [[] for _ in points]
-    for one, two in zip(i[close].tolist(), j[close].tolist()):
-        earlier[one].append(two)
-    kept = []
-    stays = [False] * len(points)
-    for number, before in enumerate(earlier):
-        if not any(stays[other] for other in before):
-            stays[number] = True
-            kept.append(number)
-    return np.array(kept, int)
+
+    def close(some, others):
+        i, j = near(points[some], points[others], least)
+        away = points[some[i]] - points[others[j]]
+        meet = np.einsum("ij,ij->i", away, away) < least**2
+        i, j = i[meet], j[meet]
+        meet = np.einsum("ij,ij->i", normals[some[i]], normals[others[j]]) > 0
+        return i[meet], j[meet]
+
+    kept, at = np.empty(0, int), 0
+    # Few stay, and the first of them keep out most of those that come after.
+    while at < len(points):
+        some = np.arange(at, min(len(points), 2 * at + _FIRST))
+        at += len(some)
+        some = np.delete(some, close(some, kept)[0])
+        kept = np.concatenate([kept, some[_first_come(*close(some, some), len(some))]])
+    return kept
+
+
+def _first_come(i, j, count):
+    """Which of so many stay, given pairs that cannot both: the earlier of a pair comes first."""
+    i, j = i[j < i], j[j < i]
+    undecided, stay = np.ones((2, count), bool)
+    # Each round decides those before which none that is undecided comes.
+    while len(i):
+        waits = np.zeros(count, bool)
+        waits[i] = True
+        falls = i[(undecided & ~waits)[j]]
+        undecided &= waits
+        undecided[falls] = stay[falls] = False
+        left = undecided[i] & undecided[j]
+        i, j = i[left], j[left]
+    return stay

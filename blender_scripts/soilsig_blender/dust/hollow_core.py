@@ -52,10 +52,13 @@ class HollowCore:
             return np.inf
         corners = solids.corners[close]
         gap = self.gap_to_points(np.unique(corners.reshape(-1, 3), axis=0), reach)
-        points = self.points
-        at, solid = near(points, centre[close], outer.max() + reach)
-        away = points[at] - centre[close][solid]
-        kept = np.einsum("ij,ij->i", away, away) < (outer[close][solid] + reach) ** 2
+        centre, outer = centre[close], outer[close]
+        points, widest = self.points, outer.max() + reach
+        low, high = centre.min(axis=0) - widest, centre.max(axis=0) + widest
+        points = points[((points > low) & (points < high)).all(axis=1)]
+        at, solid = near(points, centre, widest)
+        away = points[at] - centre[solid]
+        kept = np.einsum("ij,ij->i", away, away) < (outer[solid] + reach) ** 2
         at, solid = at[kept], solid[kept]
         heights = np.einsum("nfi,ni->nf", solids.normals[close][solid], points[at])
         heights -= solids.offsets[close][solid]

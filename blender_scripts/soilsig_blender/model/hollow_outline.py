@@ -1,11 +1,12 @@
-"""Silhouettes of bodies that need not be convex, found by rays.
+"""Silhouettes of bodies that need not be convex.
 
-Rays through the middles of pixels tell which of them the body covers. Between a pixel that it
-covers and one beside it that it does not, more rays find the outline itself.
+The triangles tell which pixels have a middle that the body covers. Between a pixel that it covers
+and one beside it that it does not, rays find the outline itself.
 """
 
 import numpy as np
 
+from ..common.neighbours import ranges
 from .descriptors import outline as convex_outline
 from .silhouette import area, edge_of
 
@@ -13,6 +14,8 @@ from .silhouette import area, edge_of
 _PIXELS = 100
 # The outline is found to this power of a half of a pixel.
 _HALVINGS = 7
+# So many triangles at a time are compared with the pixels around them.
+_BATCH = 2048
 
 
 class Outline:
@@ -30,8 +33,8 @@ class Outline:
             return np.isfinite(body.first_hits(origins, np.broadcast_to(along, origins.shape)))
 
         shape = np.ceil(extent / side).astype(int)[::-1]
-        y, x = np.mgrid[: shape[0], : shape[1]] + 0.5
-        mask = covers(np.column_stack([x.ravel(), y.ravel()])).reshape(shape)
+        facing = body.normals @ along < 0
+        mask = _covered((body.vertices @ view.T - low)[body.triangles[facing]] / side, shape)
         tail = _unit_steps(edge_of(mask))
         head = np.roll(tail, -1, axis=0)
         left = np.column_stack([tail[:, 1] - head[:, 1], head[:, 0] - tail[:, 0]])
@@ -65,6 +68,29 @@ class Outline:
         away = ((places[:, None] - self.corners) ** 2).sum(axis=2).min(axis=1)
         best = int(np.argmax(away))
         return places[best], np.sqrt(away[best])
+
+
+def _covered(triangles, shape):
+    """Which pixels have their middle within one of some triangles, given in pixels."""
+    mask = np.zeros(shape, bool)
+    # The middles of pixels within the box around each triangle.
+    first = np.ceil(triangles.min(axis=1) - 0.5).astype(int)
+    last = np.floor(triangles.max(axis=1) - 0.5).astype(int)
+    size = np.maximum(last - first + 1, 0)
+    count = size.prod(axis=1)
+    for at in range(0, len(count), _BATCH):
+        some = slice(at, at + _BATCH)
+        of = np.repeat(np.arange(len(count))[some], count[some])
+        number = ranges(np.zeros_like(count[some]), count[some])
+        x = first[of, 0] + number % size[of, 0]
+        y = first[of, 1] + number // size[of, 0]
+        corners = triangles[of].transpose(1, 0, 2) - np.column_stack([x, y])[None] - 0.5
+        sides = [
+            a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] for a, b in zip(corners, np.roll(corners, -1, 0))
+        ]
+        within = np.min(sides, axis=0) * np.max(sides, axis=0) >= 0
+        mask[y[within], x[within]] = True
+    return mask
 
 
 def _unit_steps(corners):
