@@ -128,7 +128,7 @@ pub struct Axis {
 /// One key, or several.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a key is a text, or a list of texts")]
 pub enum Keys {
     /// One.
     One(String),

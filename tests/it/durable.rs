@@ -138,6 +138,8 @@ fn a_write_that_fails_leaves_the_earlier_result_as_it_was() {
                 assert!(!said.contains("panicked"), "{said}");
                 assert_eq!(now, first, "write {at}, errno {with}: {said}");
             }
+            let lock = trial.place.path("out/.soilsig-lock");
+            assert!(!lock.exists(), "write {at}, errno {with}: {said}");
             assert_eq!(trial.whole("2"), second, "write {at}, errno {with}");
             assert_eq!(left_over(&trial.folders()), [""; 0].map(PathBuf::from), "{said}");
         }
