@@ -449,6 +449,12 @@ fn jcamp_dx_is_read_in_its_units_plain_and_packed() {
     let table = format!("##FIRSTX=7\n##LASTX=14\n##XYDATA=(X++(Y..Y))\n{numbers}");
     let in_wavenumbers = one("s.jdx", jcamp("1/CM", "REFLECTANCE", &table), &Reading::default());
     is_right(in_wavenumbers, "a point a line in cm-1");
+    // The first value is a check of the factor.
+    for (first, is_read) in [("0.059", true), ("59", true), ("0.05905", true), ("0.9", false)] {
+        let table = format!("##FIRSTY={first}\n{steps}8 59 320 59");
+        let found = read_dx(&jcamp("MICROMETERS", "REFLECTANCE", &table));
+        assert_eq!(found.is_ok(), is_read, "{first}: {found:?}");
+    }
     let mut told = String::new();
     for (x_units, y_units, table) in [
         ("1/CM", "TRANSMITTANCE", "##XYPOINTS=(XY..XY)\n1250 0.9\n1000 0.8\n900 1"),
