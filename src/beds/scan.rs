@@ -17,7 +17,7 @@ use crate::geometry::ingest::obj::{ObjFile, polygon};
 use crate::scene::Shape;
 use crate::support::error::Error;
 use crate::support::file_error::FileError;
-use crate::support::{math, output};
+use crate::support::{math, output, text};
 
 /// What a scan is to become.
 pub struct Wanted<'a> {
@@ -140,8 +140,42 @@ fn read(path: &Path, unit_um: f64) -> Result<Solid, FileError> {
 
 type Polygons = (Vec<DVec3>, Vec<Vec<usize>>);
 
+/// Bytes of the head of a binary .stl file with its count, and of each triangle.
+const STL_HEAD: usize = 84;
+const STL_TRIANGLE: usize = 50;
+
+/// A .stl file as the crate reads it: text in lower case with a name, and no normals. They may be no
+/// numbers, and nothing needs them.
+fn plain_stl(path: &Path, bytes: &[u8]) -> Result<Vec<u8>, FileError> {
+    let count = bytes.get(80..STL_HEAD).map(|c| u32::from_le_bytes([c[0], c[1], c[2], c[3]]));
+    let length = count.map(|count| STL_HEAD as u64 + STL_TRIANGLE as u64 * u64::from(count));
+    if length != Some(bytes.len() as u64) {
+        // The head of a binary file may begin with the same word.
+        let text = text::decode(bytes).to_lowercase();
+        if text.trim_start().starts_with("solid") && text.contains("facet") {
+            let line = |line: &str| match line.trim() {
+                first if first.starts_with("solid") => "solid scan\n".to_owned(),
+                facet if facet.starts_with("facet") => "facet normal 0 0 0\n".to_owned(),
+                other => format!("{other}\n"),
+            };
+            return Ok(text.lines().map(line).collect::<String>().into_bytes());
+        }
+    }
+    if length.is_none_or(|length| length > bytes.len() as u64) {
+        let count = count.unwrap_or_default();
+        let problem = format!("it is cut short: {} bytes for {count} triangles", bytes.len());
+        return Err(FileError::wrong(path, problem));
+    }
+    let mut plain = bytes.to_vec();
+    for triangle in plain[STL_HEAD..].chunks_exact_mut(STL_TRIANGLE) {
+        triangle[..12].fill(0);
+    }
+    Ok(plain)
+}
+
 fn stl(path: &Path, bytes: &[u8]) -> Result<Polygons, FileError> {
-    let mesh = stl_io::read_stl(&mut Cursor::new(bytes))
+    let plain = plain_stl(path, bytes)?;
+    let mesh = stl_io::read_stl(&mut Cursor::new(plain))
         .map_err(|error| FileError::wrong(path, error.to_string()))?;
     let vertex = |of: &stl_io::Vertex| DVec3::from(of.0.map(f64::from));
     let vertices = mesh.vertices.iter().map(vertex).collect();

@@ -123,7 +123,7 @@ fn of_image(
     let beside = beside.filter(|_| args.radiance_error.is_none());
     let of_errors = beside.iter().flat_map(|errors| Cube::files(errors));
     output::keeps(read.into_iter().chain(of_errors), retrieve::Image::files(out))?;
-    let cube = Cube::read(&args.radiance)?;
+    let cube = Cube::read_radiance(&args.radiance)?;
     let given = args.radiance_error.as_deref();
     let given = match given {
         Some(text) => Some((text, one_error(text)?)),
@@ -134,7 +134,7 @@ fn of_image(
         None => RadianceError::Unknown,
         Some((_, Some(error))) => RadianceError::One(error),
         Some((text, None)) => {
-            let errors = Cube::read(Path::new(text))?;
+            let errors = Cube::read_radiance(Path::new(text))?;
             let shape = |cube: &Cube| (cube.lines, cube.samples, cube.wavelengths_um.clone());
             if shape(&errors) != shape(&cube) {
                 let of = args.radiance.display();

@@ -136,7 +136,7 @@ pub(crate) fn target_of(tolerance: f64, beds: usize) -> Target {
 
 /// How many packings are dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "packings is a whole number or \"auto\"")]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum HowMany {
     /// This number.

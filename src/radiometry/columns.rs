@@ -14,8 +14,11 @@ const RADIANCE_UNITS: [(&str, f64); 2] = [("_w_m2_sr_um", 1.0), ("_w_cm2_sr_um",
 
 /// A column of radiances that are all 0 is rounded as one that reaches this, W m-2 sr-1 um-1.
 const LEAST_SCALE: f64 = 0.01;
+/// Numbers by which programs mark what is missing. None is a radiance.
+pub(crate) const MISSING_MARKS: [f64; 4] = [-999.0, -9999.0, -99999.0, -32768.0];
+
 /// Above any radiance of a black body up to 10000 K at any wavelength (4.1e8), W m-2 sr-1 um-1.
-pub(super) const BRIGHTEST: f64 = 1e9;
+pub(crate) const BRIGHTEST: f64 = 1e9;
 
 /// The columns of a CSV file, by their headings. Commas, semicolons or tabs separate them. Lines
 /// that begin with # are comments.
@@ -115,6 +118,10 @@ impl Columns {
         numbers.collect::<Result<_, _>>().map(Some)
     }
 
+    fn holds(&self, heading: &str) -> bool {
+        self.headings.iter().any(|name| name.eq_ignore_ascii_case(heading))
+    }
+
     /// A column that must exist.
     pub fn needed(&self, heading: &str) -> Result<Vec<f64>, RadiometryError> {
         self.column(heading)?.ok_or_else(|| self.lacks(heading))
@@ -126,6 +133,11 @@ impl Columns {
     /// # Errors
     /// A field that is not a finite number, or a radiance above that of any body of 10000 K.
     pub fn radiance(&self, stem: &str) -> Result<Option<Vec<f64>>, RadiometryError> {
+        let is_held = |(unit, _): &(&str, f64)| self.holds(&format!("{stem}{unit}"));
+        if RADIANCE_UNITS.iter().all(is_held) {
+            let problem = format!("{stem} stands there in two units: leave out one of them");
+            return Err(self.wrong_file(problem));
+        }
         for (unit, factor) in RADIANCE_UNITS {
             let Some(values) = self.column(&format!("{stem}{unit}"))? else { continue };
             let values: Vec<f64> = values.into_iter().map(|l| l * factor).collect();
@@ -144,7 +156,15 @@ impl Columns {
     /// A column of measured radiance, which must exist. Noise may make it negative.
     pub fn measured_radiance(&self, stem: &str) -> Result<Vec<f64>, RadiometryError> {
         let missing = || self.lacks(&format!("{stem}{}", RADIANCE_UNITS[0].0));
-        self.radiance(stem)?.ok_or_else(missing)
+        let l = self.radiance(stem)?.ok_or_else(missing)?;
+        match l.iter().position(|l| MISSING_MARKS.contains(l)) {
+            Some(row) => {
+                let problem =
+                    format!("{stem}: {} marks what is missing: leave the row out", l[row]);
+                Err(self.wrong(row, problem))
+            }
+            None => Ok(l),
+        }
     }
 
     /// A column of radiance that must exist, 0 or more. What only rounding made negative is 0.

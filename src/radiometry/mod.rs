@@ -17,6 +17,7 @@ mod sky;
 
 pub use atmosphere::Atmosphere;
 pub use columns::Columns;
+pub(crate) use columns::{BRIGHTEST, MISSING_MARKS};
 pub use equations::{
     amplification, at_sensor, emissivity, emissivity_error, l_downwelling, l_target,
 };

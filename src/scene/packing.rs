@@ -175,7 +175,7 @@ pub struct GrainClass {
 /// How many fines sit on a grain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(untagged)]
+#[serde(untagged, expecting = "fines are a whole number, or {\"silhouette\": share}")]
 pub enum Fines {
     /// So many.
     Count(#[cfg_attr(feature = "schema", schemars(range(max = MOST)))] u32),

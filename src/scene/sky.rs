@@ -12,7 +12,10 @@ use crate::support::linear::locate;
 /// Temperature of the sky, K, 1 to 10000: one number, or a list by zenith angle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "sky_temperature_k is a number, or a list of {\"zenith_deg\": degrees, \"temperature_k\": K}"
+)]
 pub enum Sky {
     /// The same temperature in all directions, K.
     Isotropic(f64),

@@ -22,6 +22,8 @@ const GRAINS: u32 = 72;
 
 /// Density where a soil states none: quartz, g cm-3.
 const QUARTZ_G_CM3: f64 = 2.65;
+/// Above the density of every mineral, g cm-3.
+pub(super) const MOST_G_CM3: f64 = 25.0;
 
 /// Most size classes of a component, and of a kind of dust.
 const MOST_CLASSES: [u32; 2] = [8, 4];
@@ -104,9 +106,9 @@ pub struct SoilComponent {
     pub size_um: Sizes,
     /// A modelled shape by name or by proportions, or grains of the library.
     pub shape: ShapeSource,
-    /// Density, g cm-3. Default: 2.65, that of quartz.
+    /// Density, g cm-3, up to 25. Default: 2.65, that of quartz.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0, "maximum" = MOST_G_CM3)))]
     pub density_g_cm3: Option<f64>,
     /// The dust on these grains, by kind. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -127,9 +129,9 @@ pub struct DustKind {
     pub size_um: Sizes,
     /// A modelled shape by name or by proportions, or grains of the library.
     pub shape: ShapeSource,
-    /// Density, g cm-3. Default: 2.65, that of quartz.
+    /// Density, g cm-3, up to 25. Default: 2.65, that of quartz.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0, "maximum" = MOST_G_CM3)))]
     pub density_g_cm3: Option<f64>,
 }
 

@@ -2,7 +2,7 @@
 
 use super::check::{Checked, at_most, need, positive, unique, within};
 use super::packing_check::{MOST, MOST_SEED};
-use super::soil::{DustKind, DustOn, Soil, SoilComponent};
+use super::soil::{DustKind, DustOn, MOST_G_CM3, Soil, SoilComponent};
 use super::{Material, known};
 use crate::support::statistics::SHARES_ROUNDING;
 
@@ -75,7 +75,7 @@ impl Soil {
             }
         }
         component.size_um.check(&at("size_um"))?;
-        positive(component.density_g_cm3.unwrap_or(1.0), &at("density_g_cm3"))?;
+        density(component.density_g_cm3, &at("density_g_cm3"))?;
         unique(component.dust.iter().map(|on| on.kind.as_str()), &at("dust"))?;
         for (i, on) in component.dust.iter().enumerate() {
             self.check_dust(on, &at(&format!("dust[{i}]")))?;
@@ -116,7 +116,16 @@ fn check_kind(kind: &DustKind, place: &str, materials: &[Material]) -> Checked {
     check_name(&kind.name, &at("name"))?;
     known(materials, &kind.material, &at("material"))?;
     kind.size_um.check(&at("size_um"))?;
-    positive(kind.density_g_cm3.unwrap_or(1.0), &at("density_g_cm3"))
+    density(kind.density_g_cm3, &at("density_g_cm3"))
+}
+
+/// Greater numbers are kilograms per cubic metre.
+fn density(density: Option<f64>, place: &str) -> Checked {
+    let Some(density) = density else { return Ok(()) };
+    positive(density, place)?;
+    need(density <= MOST_G_CM3, place, || {
+        format!("{density} is above {MOST_G_CM3}: write g cm-3, as 2.65 for quartz")
+    })
 }
 
 fn check_name(name: &str, place: &str) -> Checked {

@@ -41,7 +41,7 @@ pub enum SpectrumSource {
 /// Optical constants: the name of a shipped set, or a file of one's own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(untagged)]
+#[serde(untagged, expecting = "constants are the name of a shipped set, or {\"file\": name}")]
 pub enum Constants {
     /// A shipped set: one that `soilsig spectra list` names.
     Shipped(String),

@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use super::SpectrumError;
-use super::format::Unit;
+use super::format::wavelength_unit;
 use super::resample::Response;
 use crate::support::file_error::FileError;
 use crate::support::text;
@@ -162,7 +162,16 @@ impl Sensor {
                 wrong("the first line is not a heading of two or more columns".into()).into()
             );
         }
-        let unit = Unit::named(&heading[0]).unwrap_or(Unit::Micrometre);
+        let unit = wavelength_unit(&heading[0]).ok_or_else(|| {
+            wrong(format!("{:?} names no wavelength in a known unit", heading[0]))
+        })?;
+        // The name of a band may hold its wavelength.
+        let is_other = |name: &&String| {
+            wavelength_unit(name).is_some() && !name.contains(|c: char| c.is_ascii_digit())
+        };
+        if let Some(other) = heading[1..].iter().find(is_other) {
+            return Err(wrong(format!("{other:?} is another column of wavelengths")).into());
+        }
         let mut rows: Vec<(f64, Vec<f64>)> = Vec::new();
         for (number, line) in lines {
             let in_line = |problem: String| FileError::wrong_in_line(path, number, problem);
@@ -274,6 +283,8 @@ mod tests {
         // A: a triangle of half the area beside a square.
         let centre = sensor.bands[0].response.centre_um();
         assert!((centre - (0.25 * (8.0 + 1.0 / 3.0) + 0.5 * 8.75) / 0.75).abs() < 1e-9, "{centre}");
+        // The name of a band may hold its wavelength.
+        assert_eq!(read("\u{3bb} (um),8.6 um\n8,1\n9,1\n").expect("sound").bands.len(), 1);
         for (text, words) in [
             ("", "the file is empty"),
             ("8,1\n9,1\n", "not a heading"),
@@ -283,6 +294,9 @@ mod tests {
             ("um,A\n8,1\n9\n", "line 3: 1 fields, but the heading has 2"),
             ("um,A\n8,1\n9,-1\n", "below 0"),
             ("um,A\n8,0\n9,0\n", "A is 0 at every wavelength"),
+            ("band,A\n8,1\n9,1\n", "names no wavelength"),
+            ("wavelength (cm),A\n8,1\n9,1\n", "names no wavelength"),
+            ("um,nm,A\n8,8000,1\n9,9000,1\n", "another column of wavelengths"),
         ] {
             let error = read(text).expect_err(text).to_string();
             assert!(error.contains(words), "{text:?}: {error}");

@@ -185,8 +185,11 @@ impl Tabulated {
                 return Err(OutOfRange { of, needed_um: [from, to], held_um }.into());
             }
             // With the neighbours of its ends, for interpolation there.
-            let first = rows.partition_point(|row| row.um <= from).saturating_sub(1);
-            let end = rows.len().min(rows.partition_point(|row| row.um < to) + 1);
+            let before = |um: f64| rows.partition_point(|row| row.um < um);
+            let up_to = |um: f64| rows.partition_point(|row| row.um <= um);
+            // All points of the end itself: one that appears twice is told below.
+            let first = before(from).min(up_to(from).saturating_sub(1));
+            let end = rows.len().min(up_to(to).max(before(to) + 1));
             rows = rows.get(first..end).unwrap_or_default().to_vec();
         }
         if let Some(pair) = rows.windows(2).find(|pair| pair[0].um == pair[1].um) {

@@ -79,13 +79,15 @@ impl Lock {
                     return Err(LockError::InUse { folder: folder.to_owned(), process });
                 }
                 Taken::NoLocks => return Ok(Self { path, held: None }),
-                Taken::Now(mut held) => {
+                Taken::Now(held) => {
                     // The run before may have removed it after it was opened here.
                     if !is_there(&held, &path) {
                         continue;
                     }
-                    write_id(&mut held).map_err(at)?;
-                    return Ok(Self { path, held: Some(held) });
+                    // If the id cannot be written, the file goes with this value.
+                    let mut lock = Self { path, held: Some(held) };
+                    lock.held.as_mut().map_or(Ok(()), |file| write_id(file)).map_err(at)?;
+                    return Ok(lock);
                 }
             }
         }

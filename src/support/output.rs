@@ -39,6 +39,10 @@ impl Failure for OutputError {
             io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
                 "write to a folder that is yours, with --out".into()
             }
+            io::ErrorKind::AlreadyExists | io::ErrorKind::NotADirectory => {
+                "what stands there is no folder: name another with --out".into()
+            }
+            io::ErrorKind::IsADirectory => "name a file in this folder with --out".into(),
             _ => return None,
         })
     }

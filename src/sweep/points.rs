@@ -49,6 +49,11 @@ impl Points {
         let wrong = |place: String, problem: String| {
             StudyError::from(FileError::wrong_at(&study.file, place, problem))
         };
+        // Before any of them takes memory.
+        if study.points().is_none_or(|n| n > MOST_POINTS) {
+            let problem = format!("they make more than {MOST_POINTS} points");
+            return Err(wrong("axes".into(), problem).into());
+        }
         let number = study.axes.iter().filter(|axis| axis.is_sampled()).count();
         let sample = study.sample.map_or_else(Vec::new, |sample| sampled(sample, number));
         let mut dimensions: Vec<Dimension> = Vec::new();
@@ -72,11 +77,6 @@ impl Points {
             }
             let name = if axis.is_sampled() { SAMPLE } else { &axis.name };
             dimensions.push(Dimension { name: name.to_owned(), axes: vec![i], len });
-        }
-        let points = dimensions.iter().try_fold(1_usize, |n, d| n.checked_mul(d.len));
-        if points.is_none_or(|n| n > MOST_POINTS) {
-            let problem = format!("they make more than {MOST_POINTS} points");
-            return Err(wrong("axes".into(), problem).into());
         }
         let base = study.scene()?;
         Ok(Self { dimensions, axes, base, set: study.set.clone(), file: study.file.clone() })

@@ -128,7 +128,7 @@ pub struct Axis {
 /// One key, or several.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a key is a text, or a list of texts")]
 pub enum Keys {
     /// One.
     One(String),
@@ -278,6 +278,13 @@ impl Study {
         Ok(study)
     }
 
+    /// How many points its axes make; `None` if no number holds them.
+    pub(super) fn points(&self) -> Option<usize> {
+        let sampled = self.sample.map_or(1, |sample| sample.points);
+        let mut of_axes = self.axes.iter().filter(|axis| !axis.is_sampled()).map(Axis::places);
+        of_axes.try_fold(sampled, usize::checked_mul)
+    }
+
     /// What is wrong, and where.
     fn problem(&self) -> Option<(String, String)> {
         let at = |place: &str, problem: &str| Some((place.to_owned(), problem.to_owned()));
@@ -303,6 +310,10 @@ impl Study {
             }
             if let Some((key, problem)) = axis.problem() {
                 return at(&place(key), problem);
+            }
+            let others = self.axes[..i].iter().flat_map(Axis::keys).collect();
+            if let Some(key) = axis.keys().intersection(&others).next() {
+                return at(&place("key"), &format!("another axis varies {key} too"));
             }
         }
         let sampled = self.axes.iter().any(Axis::is_sampled);
@@ -352,6 +363,19 @@ impl Axis {
     /// Whether its points are sampled together with others'.
     pub(super) fn is_sampled(&self) -> bool {
         self.range.is_some_and(|range| range.number.is_none())
+    }
+
+    /// How many places it has, unless it is sampled.
+    fn places(&self) -> usize {
+        let of_range = self.range.and_then(|range| range.number);
+        let values = self.values.as_ref().map(Vec::len);
+        values.or(self.cases.as_ref().map(Vec::len)).or(of_range).unwrap_or_default()
+    }
+
+    /// The keys that it varies.
+    fn keys(&self) -> BTreeSet<&str> {
+        let of_cases = self.cases.iter().flatten().flat_map(|case| &case.set).map(Change::key);
+        self.key.all().iter().map(String::as_str).chain(of_cases).collect()
     }
 
     fn problem(&self) -> Option<(&'static str, &'static str)> {

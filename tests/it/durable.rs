@@ -136,8 +136,20 @@ fn a_write_that_fails_leaves_the_earlier_result_as_it_was() {
                 assert_eq!(output.status.code(), Some(1), "write {at}: {said}");
                 assert_eq!(said.matches("error: ").count(), 1, "write {at}: {said}");
                 assert!(!said.contains("panicked"), "{said}");
+                if with == FULL {
+                    // The hint is for the place that is full.
+                    let of = ["the cache: ", "the folder for temporary files: "];
+                    let setting = match of.map(|place| said.contains(place)) {
+                        [true, _] => "SOILSIG_CACHE",
+                        [_, true] => "TMPDIR",
+                        _ => "--out",
+                    };
+                    assert!(said.contains("full") && said.contains(setting), "{said}");
+                }
                 assert_eq!(now, first, "write {at}, errno {with}: {said}");
             }
+            let lock = trial.place.path("out/.soilsig-lock");
+            assert!(!lock.exists(), "write {at}, errno {with}: {said}");
             assert_eq!(trial.whole("2"), second, "write {at}, errno {with}");
             assert_eq!(left_over(&trial.folders()), [""; 0].map(PathBuf::from), "{said}");
         }

@@ -69,7 +69,9 @@ fn every_word_for_reflectance_and_emissivity_is_followed() {
         let rows = rows(|um| um, percent(EMISSIVITY), ",");
         is_right(csv(&format!("Wavelength (um),{word}\n{rows}")), word);
     }
-    for word in ["%R", "\"Reflectance, %\"", "Reflectance [percent]"] {
+    for word in
+        ["%R", "\"Reflectance, %\"", "Reflectance [percent]", "ReflectancePct", "reflectance_pct"]
+    {
         let rows = rows(|um| um, percent(REFLECTANCE), ",");
         is_right(csv(&format!("Wavelength (um),{word}\n{rows}")), word);
     }
@@ -127,6 +129,17 @@ fn a_word_or_sign_that_changes_a_quantity_makes_it_unclear() {
         "emissivity contrast",
         "stacked emissivity",
         "relative emissivity",
+        "complement of the emissivity",
+        "d(emissivity)/d\u{3bb}",
+        "emissivity x 1000",
+        "emissivity*1000",
+        "emissivity \u{d7} 10000",
+        "reflectance (x10000)",
+        "reflectance [1e-3]",
+        "reflectance (10^-2)",
+        "reflectance (0-100)",
+        "reflectance (\u{2030})",
+        "reflectance (sr^-1)",
     ] {
         let text = format!("um,{word}\n{}", reflectance());
         assert!(csv(&text).is_err(), "{word}");
@@ -143,15 +156,23 @@ fn a_word_or_sign_that_changes_a_quantity_makes_it_unclear() {
         "reflectance, sample 1-b",
         "Reflectance / 1",
         "quartz1-reflectance",
+        "Reflectance (0-1)",
+        "Reflectance 2020-10-12",
     ] {
         is_right(csv(&format!("um,\"{word}\"\n{}", reflectance())), word);
     }
     for prose in [
         "# scaled reflectance\n",
         "# reflectance, continuum removed\n",
+        "# 1 - reflectance\n",
+        "# values are 1-emissivity\n",
+        "# y = 100 % - reflectance\n",
         "# radiance of the sample\n",
     ] {
         assert!(csv(&format!("{prose}{}", reflectance())).is_err(), "{prose}");
+    }
+    for prose in ["# Sample 1 - reflectance\n", "# sand no. 100 - Reflectance\n"] {
+        is_right(csv(&format!("{prose}{}", reflectance())), prose);
     }
     let below = format!("{}# values are transmittance\n", emissivity());
     assert!(csv(&below).is_err(), "a comment below the numbers");
@@ -251,6 +272,8 @@ fn units_are_heard_without_brackets_and_unknown_ones_are_refused() {
         ("Wavenumber (cm-1)", Unit::Wavenumber),
         ("Wellenzahl / cm\u{207b}\u{b9}", Unit::Wavenumber),
         ("Frequency (THz)", Unit::Terahertz),
+        ("\u{3bd} (cm-1)", Unit::Wavenumber),
+        ("nu (1/cm)", Unit::Wavenumber),
     ] {
         let x = |um: f64| match unit {
             Unit::Nanometre => um * 1e3,
@@ -304,6 +327,11 @@ fn decimal_commas_quotes_and_trailing_separators_are_read() {
         ("an index", ",wavelength_um,emissivity\n0,8,0.941\n1,9,0.68\n2,10,0.941\n".into()),
         ("errors", "wavelength_um,emissivity,std\n8,0.941,0.1\n9,0.68,0.1\n10,0.941,0.1\n".into()),
         ("another order", "emissivity,wavelength_um\n0.941,8\n0.68,9\n0.941,10\n".into()),
+        (
+            "blanks beside quotes",
+            "\"um\" , \"emissivity\"\n\"8\" , \"0.941\"\n\"9\" , \"0.68\"\n\"10\" , \"0.941\"\n"
+                .into(),
+        ),
         ("bars", format!("wavelength_um|emissivity\n{}", rows(|um| um, EMISSIVITY, "|"))),
         ("single quotes", "'um','emissivity'\n'8','0.941'\n'9','0.68'\n'10','0.941'\n".into()),
         ("Fortran", "um emissivity\n8.0D+00 9.41D-01\n9.0D+00 0.68\n1.0D+01 0.941\n".into()),
@@ -338,6 +366,36 @@ fn decimal_commas_quotes_and_trailing_separators_are_read() {
         told += &message(&error.to_string().split_once("s.csv").expect("the file").1, error.hint());
     }
     assert_snapshot!(told);
+}
+
+/// Of files that name no quantity some are known to hold reflectance.
+#[test]
+fn a_file_that_begins_with_the_number_of_its_lines_must_say_what_its_values_are() {
+    let text = format!("3\n{}", rows(|um| um, REFLECTANCE, "  "));
+    let error = csv(&text).expect_err("no quantity");
+    assert!(error.to_string().contains("counts the 3 lines"), "{error}");
+    let reading = Reading { quantity: Some(Quantity::Reflectance), ..Reading::default() };
+    is_right(one("s.csv", &text, &reading), "settled");
+}
+
+#[test]
+fn a_wavelength_that_appears_twice_is_refused_at_the_ends_of_the_range_too() {
+    for twice in ["10,0.5\n", "8,0.5\n", "9,0.5\n"] {
+        let text = format!("um,emissivity\n{}{twice}", emissivity());
+        let reading = Reading { range_um: Some([8.0, 10.0]), ..Reading::default() };
+        let error = one("s.csv", text, &reading).expect_err(twice);
+        assert!(error.to_string().contains("appears twice"), "{error}");
+    }
+}
+
+#[test]
+fn a_header_that_contradicts_itself_is_refused() {
+    let text = "Name: sand\nMeasurement: Emissivity\nX Units: Wavelength (micrometers)\n\
+                Y Units: Reflectance (fraction)\n\n8 0.059\n9 0.32\n10 0.059\n";
+    let error = one("q.txt", text, &Reading::default()).expect_err("either");
+    assert!(error.to_string().contains("Measurement"), "{error}");
+    let derived = text.replace("Emissivity", "Directional hemispherical reflectance");
+    is_right(one("q.txt", derived, &Reading::default()), "both are reflectance");
 }
 
 #[test]
@@ -391,6 +449,12 @@ fn jcamp_dx_is_read_in_its_units_plain_and_packed() {
     let table = format!("##FIRSTX=7\n##LASTX=14\n##XYDATA=(X++(Y..Y))\n{numbers}");
     let in_wavenumbers = one("s.jdx", jcamp("1/CM", "REFLECTANCE", &table), &Reading::default());
     is_right(in_wavenumbers, "a point a line in cm-1");
+    // The first value is a check of the factor.
+    for (first, is_read) in [("0.059", true), ("59", true), ("0.05905", true), ("0.9", false)] {
+        let table = format!("##FIRSTY={first}\n{steps}8 59 320 59");
+        let found = read_dx(&jcamp("MICROMETERS", "REFLECTANCE", &table));
+        assert_eq!(found.is_ok(), is_read, "{first}: {found:?}");
+    }
     let mut told = String::new();
     for (x_units, y_units, table) in [
         ("1/CM", "TRANSMITTANCE", "##XYPOINTS=(XY..XY)\n1250 0.9\n1000 0.8\n900 1"),

@@ -195,6 +195,23 @@ fn a_signal_is_heard_while_a_read_waits() {
 }
 
 #[test]
+fn a_folder_where_a_file_is_and_a_file_where_a_folder_is_are_named() {
+    let place = Place::new();
+    table(&place);
+    fs::create_dir(place.path("folder")).expect("made");
+    place.write("file", "mine");
+    for (out, hint) in [("folder", "name a file in"), ("file/s.csv", "is no folder")] {
+        let told = place.run(&[&EVALUATE[..], &[out]].concat(), 1).1;
+        assert!(told.contains(out) && told.contains(hint), "{told}");
+    }
+    let scene = shipped("settled_patch.json");
+    let image = ["image", &scene, "--range", "9-10", "--pixels", "2x2", "--out", "file"];
+    let told = place.run(&image, 1).1;
+    assert!(told.contains("is no folder"), "{told}");
+    assert_eq!(place.read("file"), "mine");
+}
+
+#[test]
 fn a_missing_folder_for_temporary_files_is_named() {
     let place = Place::new();
     let fake = Fake::blender("exit 1");

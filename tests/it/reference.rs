@@ -434,6 +434,98 @@ const PROMISES: &[(&str, &str, &str)] = &[
         "tests/it/round_trips.rs",
         "tables_are_read_as_they_were_written",
     ),
+    (
+        "No quantity but emissivity and reflectance is read as one of them",
+        "tests/it/own_spectra.rs",
+        "what_is_no_emissivity_is_refused_and_quantity_settles_what_is_not_known",
+    ),
+    (
+        "A word or sign that changes a quantity is refused",
+        "tests/it/own_spectra.rs",
+        "a_word_or_sign_that_changes_a_quantity_makes_it_unclear",
+    ),
+    (
+        "A unit of wavelength is heard, or refused if it is not known",
+        "tests/it/own_spectra.rs",
+        "units_are_heard_without_brackets_and_unknown_ones_are_refused",
+    ),
+    (
+        "An image of another quantity than radiance is refused",
+        "tests/it/retrieval.rs",
+        "an_image_of_another_quantity_is_refused",
+    ),
+    (
+        "Numbers of an image that are no radiance are refused",
+        "tests/it/retrieval.rs",
+        "numbers_of_an_image_that_are_no_radiance_are_refused_or_warned_of",
+    ),
+    (
+        "No radiance becomes NaN, and no faint one is lost",
+        "tests/it/retrieval.rs",
+        "radiances_at_the_edge_of_numbers_are_no_nan_and_faint_ones_are_not_lost",
+    ),
+    (
+        "A mesh is the same in every encoding and with every line end",
+        "tests/it/obj_files.rs",
+        "a_pit_is_read_in_every_encoding_and_with_every_line_end",
+    ),
+    ("Lines and points are no faces", "tests/it/obj_files.rs", "what_is_no_surface_is_passed_over"),
+    (
+        "glTF instances are placed",
+        "tests/it/gltf_files.rs",
+        "instances_on_the_graphics_card_are_placed",
+    ),
+    (
+        "glTF morph targets are added",
+        "tests/it/gltf_files.rs",
+        "morph_targets_are_added_by_their_weights",
+    ),
+    ("glTF skins are refused", "tests/it/gltf_files.rs", "skins_are_refused"),
+    (
+        "glTF numbers that are not all there are refused",
+        "tests/it/gltf_files.rs",
+        "numbers_that_are_not_all_there_are_refused",
+    ),
+    (
+        "glTF nodes in a ring or below two others are refused at once",
+        "tests/it/gltf_files.rs",
+        "nodes_that_are_no_tree_are_refused_at_once",
+    ),
+    (
+        "A bed that needs more memory than is free is refused before",
+        "tests/it/gltf_files.rs",
+        "a_bed_for_which_there_is_no_memory_is_refused_before_it_takes_any",
+    ),
+    (
+        "An image that no disk or memory holds is refused before the work",
+        "tests/it/image.rs",
+        "bands_and_sizes_that_no_machine_holds_are_refused_before_the_work",
+    ),
+    (
+        "Bands in which grains let light through are marked and warned of",
+        "tests/it/image.rs",
+        "bands_in_which_grains_let_light_through_are_marked_and_warned_of",
+    ),
+    (
+        "One table of several beds knows that beds differ",
+        "tests/it/budget.rs",
+        "a_single_table_of_a_drawn_bed_knows_that_others_differ",
+    ),
+    (
+        "Blender's time limit holds while it is asked what it is",
+        "tests/it/places.rs",
+        "a_blender_that_does_not_answer_is_ended_at_the_users_limit",
+    ),
+    (
+        "A missing folder for temporary files is named",
+        "tests/it/places.rs",
+        "a_missing_folder_for_temporary_files_is_named",
+    ),
+    (
+        "A full disk is told with what names it: --out, TMPDIR or cache",
+        "tests/it/durable.rs",
+        "a_write_that_fails_leaves_the_earlier_result_as_it_was",
+    ),
 ];
 
 #[test]

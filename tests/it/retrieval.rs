@@ -100,6 +100,94 @@ fn tables_that_have_two_columns_of_a_name_or_another_unit_are_refused() {
     }
 }
 
+/// What a header says, and what it holds, must be radiance in W m-2 sr-1 um-1.
+#[test]
+fn an_image_of_another_quantity_is_refused() {
+    let refused = |more: &str| {
+        let place = Place::new();
+        write_image(&place, "s.img", "s.hdr", &format!("{WAVELENGTHS}\n{more}"));
+        place.refused(&["retrieve", "s.img", "--temperature", "300", "--out", "e.img"], 3)
+    };
+    for unit in ["Kelvin", "K", "degC", "Reflectance", "Emissivity", "DN", "counts", "percent", "%"]
+    {
+        for key in ["data units", "units"] {
+            assert!(refused(&format!("{key} = {unit}")).contains("is needed"), "{unit}");
+        }
+        let title = format!("z plot titles = {{Wavelength (um), {unit}}}");
+        assert!(refused(&title).contains("is needed"), "{unit}");
+    }
+    for (more, word) in [
+        ("file type = ENVI Classification", "a map of classes"),
+        ("radiance scale factor = 1000", "radiance scale factor"),
+        ("data scale factor = 1000", "data scale factor"),
+        ("radiance gain values = {.001, .001, .001, .001, .001}", "radiance gain values"),
+        ("add offset = 5", "add offset"),
+        ("wavelength = {10, 9.5, 9, 8.5, 8}", "wavelength stands twice"),
+        ("samples = 2", "samples stands twice"),
+        ("byte order = 1", "byte order stands twice"),
+    ] {
+        assert!(refused(more).contains(word), "{more}");
+    }
+    for more in
+        ["radiance scale factor = 1", "samples = 3", "data reflectance gain values = {2, 3}"]
+    {
+        let place = Place::new();
+        write_image(&place, "s.img", "s.hdr", &format!("{WAVELENGTHS}\n{more}"));
+        retrieved(&place, "s.img", &[]);
+    }
+    // Two headers of one data file.
+    let place = Place::new();
+    write_image(&place, "s.img", "s.hdr", WAVELENGTHS);
+    place.write("s.img.hdr", place.read("s.hdr"));
+    retrieved(&place, "s.img", &[]);
+    place.write("s.img.hdr", place.read("s.hdr").replace("9.5", "9.6"));
+    let args = ["retrieve", "s.img", "--temperature", "300", "--out", "e.img"];
+    assert!(place.refused(&args, 3).contains("another header"));
+    retrieved(&place, "s.hdr", &[]);
+    // An emissivity is no radiance, though soilsig wrote it.
+    let place = Place::new();
+    write_image(&place, "s.img", "s.hdr", WAVELENGTHS);
+    retrieved(&place, "s.img", &[]);
+    let again = ["retrieve", "e.img", "--temperature", "300", "--out", "f.img"];
+    assert!(place.refused(&again, 3).contains("emissivity"));
+}
+
+#[test]
+fn numbers_of_an_image_that_are_no_radiance_are_refused_or_warned_of() {
+    let place = Place::new();
+    write_image(&place, "s.img", "s.hdr", WAVELENGTHS);
+    let bytes = fs::read(place.path("s.img")).expect("written");
+    let args = ["retrieve", "s.img", "--temperature", "300", "--out", "e.img"];
+    let swapped: Vec<u8> = bytes.chunks_exact(4).flat_map(|b| [b[3], b[2], b[1], b[0]]).collect();
+    place.write("s.img", swapped);
+    let told = place.refused(&args, 3);
+    assert!(told.contains("byte order") && told.contains("brighter than any body"), "{told}");
+    for mark in [-9999.0_f32, -999.0] {
+        place.write("s.img", [&mark.to_le_bytes(), &bytes[4..]].concat());
+        assert!(place.refused(&args, 3).contains("data ignore value"), "{mark}");
+    }
+    let header = place.read("s.hdr");
+    place.write("s.hdr", header + "data ignore value = -999\n");
+    place.run(&args, 0);
+    // In W cm-2 sr-1 um-1, without a word of it.
+    let faint =
+        bytes.as_chunks().0.iter().flat_map(|b| (f32::from_le_bytes(*b) / 1e4).to_le_bytes());
+    place.write("s.img", faint.collect::<Vec<u8>>());
+    let (_, said) = place.run(&args, 0);
+    assert!(said.contains("may be in another unit"), "{said}");
+}
+
+#[test]
+fn marks_of_missing_radiances_in_a_table_are_refused() {
+    let place = Place::new();
+    place.write("r.csv", "wavelength_um,radiance_w_m2_sr_um\n8,7\n9,-9999\n10,8\n");
+    let told = place.refused(&["retrieve", "r.csv", "--temperature", "300"], 3);
+    assert!(told.contains("line 3") && told.contains("missing"), "{told}");
+    let both = "wavelength_um,radiance_w_m2_sr_um,radiance_w_cm2_sr_um\n8,7,1\n9,7,1\n";
+    place.write("b.csv", both);
+    assert!(place.refused(&["retrieve", "b.csv", "--temperature", "300"], 3).contains("two units"));
+}
+
 #[test]
 fn bands_that_have_no_result_are_told_with_their_reason() {
     let mut said = String::new();

@@ -132,6 +132,36 @@ fn every_format_gives_the_same_grain_thinned_with_the_scan_s_volume() {
     assert_eq!(kept("binary.stl"), 12800);
 }
 
+#[test]
+fn stl_files_are_read_as_programs_write_them() {
+    let scan = Scan::new();
+    let (text, binary) = (scan.ascii_stl(), scan.binary_stl());
+    let mut solid = binary.clone();
+    solid[..5].copy_from_slice(b"solid");
+    let mut no_normals = binary.clone();
+    for triangle in no_normals[84..].chunks_exact_mut(50) {
+        triangle[..4].copy_from_slice(&f32::NAN.to_le_bytes());
+    }
+    let place = Place::new();
+    for content in [
+        text.to_uppercase().into_bytes(),
+        text.replace("solid pebble", "solid").into_bytes(),
+        text.replace("normal 0 0 0", "normal nan nan nan").into_bytes(),
+        text.replace('\n', "\r").into_bytes(),
+        format!("\u{feff}{text}").into_bytes(),
+        solid,
+        no_normals,
+    ] {
+        place.write("s.stl", &content);
+        let args = ["grains", "import", "s.stl", "--out", "grains", "--size-class", "grain_500"];
+        let (said, _) = place.run(&[&args[..], &["--deviation", "0.02"]].concat(), 0);
+        assert!(said.contains("of 12800 triangles"), "{said}");
+    }
+    place.write("s.stl", &binary[..binary.len() - 10]);
+    let args = ["grains", "import", "s.stl", "--out", "grains", "--size-class", "grain_500"];
+    assert!(place.refused(&args, 3).contains("cut short"));
+}
+
 /// A prism over an L, whose ends begin at a corner from which a fan would leave the L.
 #[test]
 fn concave_faces_of_a_scan_are_cut_into_triangles() {

@@ -160,6 +160,7 @@ fn what_is_wrong_with_a_soil_is_refused_with_its_key_and_the_remedy() {
         ("/size_um", json!({"range": [900, 500]}), "size_um.range: 900 um is not below 500"),
         ("/size_um", json!({"range": [20, 2000]}), "components[0].size_um: 400 grains are too few"),
         ("/density_g_cm3", json!(0), "density_g_cm3: 0 is not above 0"),
+        ("/density_g_cm3", json!(2650), "density_g_cm3: 2650 is above 25: write g cm-3"),
         ("/dust", json!([{"kind": "loam", "cover": 0.1}]), "no kind of dust \"loam\"; geometry."),
         ("/dust", json!([{"kind": "clay"}]), "dust[0]: give it a cover or a mass_ratio"),
         ("/dust", json!([{"kind": "clay", "cover": 1.2}]), "cover: 1.2 is not within 0 to 1"),

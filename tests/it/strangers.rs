@@ -166,6 +166,7 @@ fn a_record_by_another_hand_is_refused_by_its_key() {
     let record = result(&place);
     for (key, value) in [
         ("packings", json!(0)),
+        ("packings", json!(-1)),
         ("packings", json!(1_000_000)),
         ("blender_timeout_s", json!(u64::MAX)),
         ("blender_timeout_s", json!(0)),

@@ -218,6 +218,14 @@ fn a_study_that_cannot_be_done_is_refused_before_any_work() {
     refused(&|study| study["source"] = json!({"coverage": "thick"}));
     refused(&|study| study["saeds"] = json!([1]));
     refused(&|study| study["axes"][0]["range"]["number"] = json!(2_000_000));
+    refused(&|study| study["axes"][0]["range"]["number"] = json!(1_u64 << 50));
+    refused(&|study| {
+        study["axes"][0]["range"] = json!({"from": 0, "to": 40});
+        study["sample"] = json!({"method": "sobol", "points": 1_u64 << 40});
+    });
+    let twice = json!({"name": "again", "key": "view.zenith_deg", "values": [10]});
+    refused(&|study| study["axes"][1] = twice.clone());
+    refused(&|study| study["axes"][1]["key"] = json!(5));
     assert!(!place.path("out/beds").exists());
     assert_snapshot!(told);
 }

@@ -10,7 +10,7 @@ use crate::support::output::OutputError;
 use crate::support::resources::need_memory;
 
 /// Endings that data files may have.
-const ENDINGS: [&str; 10] =
+pub(super) const ENDINGS: [&str; 10] =
     ["img", "bsq", "bil", "bip", "dat", "raw", "rdn", "rad", "rfl", "hyspex"];
 
 /// What an image takes in memory for each of its numbers: in its file, as read, and as results.
@@ -33,6 +33,9 @@ impl Cube {
         let file_type = header.get("file type").unwrap_or_default().to_lowercase();
         if file_type.contains("spectral library") {
             return Err(wrong("this is a spectral library, not an image".into()));
+        }
+        if file_type.contains("classification") {
+            return Err(wrong("this is a map of classes, not an image of spectra".into()));
         }
         header.refuse_changed_data()?;
         if let Some(unit) = other_unit(&header) {

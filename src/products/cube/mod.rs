@@ -1,6 +1,7 @@
 //! Image cubes: a spectrum for every pixel.
 
 mod envi;
+mod radiance;
 
 use crate::support::error::{Failure, Status};
 use crate::support::file_error::FileError;

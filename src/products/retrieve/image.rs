@@ -14,6 +14,9 @@ use crate::support::error::Error;
 use crate::support::linear::span;
 use crate::support::monitor::Monitor;
 
+/// No soil has an emissivity below it in all bands.
+const LEAST_LIKELY: f64 = 0.05;
+
 /// Results of an image. Unknown numbers are NaN.
 #[derive(Debug, Clone)]
 pub struct Image {
@@ -197,6 +200,13 @@ fn told(
         );
     }
     let outside = known_values.iter().filter(|value| is_outside(value)).count();
+    if !known_values.is_empty() && known_values.iter().all(|[e, _]| e.abs() < LEAST_LIKELY) {
+        let _ = writeln!(
+            text,
+            "warning: no emissivity is above {LEAST_LIKELY}: the radiance may be in another unit \
+             than W m-2 sr-1 um-1"
+        );
+    }
     if outside > 0 {
         let share = 100.0 * outside as f64 / known_values.len() as f64;
         let _ = writeln!(

@@ -65,9 +65,17 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
     };
     let unit = stated.unwrap_or(Unit::Micrometre);
     let said = above.said(path, reading, &columns)?;
+    let said_nothing = said.is_none();
     let quantity = settled(path, reading, said)?;
     let mut rows = Vec::new();
     let mut has_points = false;
+    let counted = counted(&text, first);
+    if let Some(rest) = counted.filter(|_| reading.quantity.is_none() && said_nothing) {
+        let problem =
+            format!("line {first} counts the {rest} lines below it; none names a quantity");
+        return Err(unclear(path, problem));
+    }
+    let first = first + usize::from(counted.is_some());
     for (i, line) in lines().skip_while(|(i, _)| *i < first).filter(|(_, line)| !is_comment(line)) {
         let fields = dialect.fields(line);
         dialect.check(path, i, &fields, &mut has_points)?;
@@ -101,6 +109,14 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
         spectrum.warnings.push(Warning::Bidirectional(bare(line).to_owned()));
     }
     Ok(spectrum)
+}
+
+/// The lines below the first, if that counts them: so some libraries begin their files, and hold
+/// reflectance.
+fn counted(text: &str, first: usize) -> Option<usize> {
+    let mut lines = text.lines().skip(first - 1);
+    let count = lines.next()?.trim().parse().ok()?;
+    (lines.filter(|line| !line.trim().is_empty()).count() == count).then_some(count)
 }
 
 fn count_problem(there: usize, needed: usize) -> String {

@@ -54,6 +54,13 @@ impl Dialect {
             if !line.contains('"') {
                 return line.split(separator).map(|field| field.trim().to_owned()).collect();
             }
+            // Blanks may stand between a separator and a quote.
+            let tidy = |field: &str| -> String {
+                let bare = field.trim();
+                if bare.starts_with('"') { bare } else { field }.to_owned()
+            };
+            let line: Vec<String> = line.split(separator).map(tidy).collect();
+            let line = line.join(&separator.to_string());
             let mut reader = csv::ReaderBuilder::new()
                 .delimiter(separator as u8)
                 .has_headers(false)

@@ -84,6 +84,15 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
     });
     let quantity =
         quantity.ok_or_else(|| unclear(path, format!("Y Units {y_units:?} are unknown")))?;
+    // Emissivity may come of a measured reflectance, but not the other way round.
+    if reading.quantity.is_none()
+        && let Some(Said::Quantity(measured)) = words::said(measurement, false)
+        && quantity.is_reflectance()
+        && !measured.is_reflectance()
+    {
+        let problem = format!("Measurement is {measurement:?}, but Y Units are {y_units:?}");
+        return Err(unclear(path, problem));
+    }
     let starts_with_number =
         |line: &str| line.split_whitespace().next().is_some_and(|word| word.parse::<f64>().is_ok());
     let rows = lines[end..].iter().skip_while(|(_, line)| !starts_with_number(line));

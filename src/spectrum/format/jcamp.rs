@@ -119,6 +119,20 @@ impl Block<'_> {
             let problem = format!("{count} points are announced, {} are there", points.len());
             return Err(wrong(path, i, problem));
         }
+        if let (Some(stated), Some(&(line, _, Some(first)))) =
+            (self.number(path, "FIRSTY")?, points.first())
+        {
+            // Some programs write it without the factor, and all round it.
+            let most =
+                points.iter().filter_map(|point| point.2).fold(0.0, |m: f64, y| m.max(y.abs()));
+            let is_near = |y: f64, most: f64| (y - stated).abs() <= 0.01 * y.abs() + 1e-3 * most;
+            if !is_near(first, most) && !is_near(first * y_factor, (most * y_factor).abs()) {
+                let found = first * y_factor;
+                let problem =
+                    format!("FIRSTY is {stated}, but by YFACTOR the first value is {found}");
+                return Err(wrong(path, line, problem));
+            }
+        }
         let row = |(line, x, y): (usize, f64, Option<f64>)| Row {
             line: line as u64,
             um: unit.um(x * x_factor),

@@ -19,6 +19,7 @@ use crate::support::output;
 use words::Said;
 
 pub use words::Unit;
+pub(in crate::spectrum) use words::wavelength_unit;
 
 /// The credit that a figure with curves of the ECOSTRESS library must show.
 pub const ECOSTRESS_CREDIT: &str = "Library spectra: reproduced from the ECOSTRESS Spectral \

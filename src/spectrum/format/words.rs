@@ -119,7 +119,9 @@ const WAVELENGTHS: [&str; 17] = [
 ];
 const WAVENUMBERS: [&str; 4] = ["wavenumber", "wellenzahl", "kayser", "wavenum"];
 /// Words beside a wavelength that say nothing of its unit.
-const NEUTRAL: [&str; 25] = [
+const NEUTRAL: [&str; 27] = [
+    "nu",
+    "\u{3bd}",
     "x",
     "s",
     "d",
@@ -178,7 +180,7 @@ const TRANSMISSION_SYMBOLS: [&str; 3] = ["tran", "trans", "tau"];
 const ABSORBANCE: [&str; 4] = ["absorb", "absorpti", "extinc", "extinktion"];
 const ABSORBANCE_SYMBOLS: [&str; 2] = ["abs", "od"];
 /// Words that make another quantity of emissivity or reflectance.
-const OTHER: [&str; 49] = [
+const OTHER: [&str; 52] = [
     "anomaly",
     "arb",
     "arbitrary",
@@ -187,6 +189,8 @@ const OTHER: [&str; 49] = [
     "brdf",
     "change",
     "coefficient",
+    "complement",
+    "complementary",
     "contrast",
     "counts",
     "cr",
@@ -224,6 +228,7 @@ const OTHER: [&str; 49] = [
     "snr",
     "sqrt",
     "squared",
+    "sr",
     "stacked",
     "sum",
     "times",
@@ -313,6 +318,14 @@ pub(super) fn column(text: &str) -> Column {
     said.map_or(Column::Unknown, Column::Values)
 }
 
+/// The unit of a column of wavelengths, micrometres if it names none; `None` of other columns.
+pub(in crate::spectrum) fn wavelength_unit(heading: &str) -> Option<Unit> {
+    match column(heading) {
+        Column::Wavelength(unit) => Some(unit.unwrap_or(Unit::Micrometre)),
+        _ => None,
+    }
+}
+
 /// Whether a line of prose speaks of wavelengths or wavenumbers.
 pub(super) fn has_wavelength(text: &str) -> bool {
     let text = plain(text);
@@ -347,7 +360,8 @@ pub(super) fn said(text: &str, with_symbols: bool) -> Option<Said> {
     let is_other = has(&OTHERS, &[])
         || is_relative
         || tokens.iter().any(|token| OTHER.contains(&token.word))
-        || with_symbols && (is_formula(&plain) || !is_plain_symbol(&tokens));
+        || with_symbols && (is_formula(&plain) || has_factor(text) || !is_plain_symbol(&tokens))
+        || is_complement(&plain);
     let is_radiance = tokens.iter().any(|token| token.word.contains("radian"));
     let quantity = match (is_emissivity, is_reflectance) {
         (false, false) if is_radiance => return Some(Said::Unclear),
@@ -362,7 +376,22 @@ pub(super) fn said(text: &str, with_symbols: bool) -> Option<Said> {
     Some(Said::Quantity(quantity))
 }
 
-/// Whether a label is a formula, as 100 - R, 1/R or R + 0.1. A unit may follow a stroke.
+/// Whether a label has a factor, as R x 1000, or parts of another whole than 100.
+fn has_factor(text: &str) -> bool {
+    let text = text.to_lowercase();
+    let is_times = |(at, mark): (usize, &str)| {
+        let before = text[..at].chars().next_back();
+        let is_apart = mark != "x" || before.is_none_or(|c| !c.is_alphanumeric());
+        is_apart && text[at + mark.len()..].trim_start().starts_with(|c: char| c.is_ascii_digit())
+    };
+    let squeezed: String = text.split_whitespace().collect();
+    let wholes = ["(0-100", "[0-100", "(0..100", "[0..100", "(1e-", "[1e-", "(10^-", "[10^-"];
+    text.match_indices(['x', '*', '\u{d7}', '\u{b7}', '\u{22c5}']).any(is_times)
+        || text.contains(['\u{2030}', '\u{2031}'])
+        || wholes.iter().any(|whole| squeezed.contains(whole))
+}
+
+/// Whether a label is a formula, as 100 - R, 1/R, R + 0.1 or dR/dx. A unit may follow a stroke.
 fn is_formula(plain: &str) -> bool {
     let squeezed: String = plain.split_whitespace().collect();
     let is_number = |word: &str| !word.is_empty() && word.chars().all(|c| c.is_ascii_digit());
@@ -372,7 +401,31 @@ fn is_formula(plain: &str) -> bool {
     };
     plain.contains(['+', '\u{2206}', '\u{3b4}', '\u{221a}', '\u{b2}'])
         || plain.contains("a.u.")
+        || ["/dx", "/dl", "/d\u{3bb}", "/dw", "/dnu", "/d\u{3bd}"]
+            .iter()
+            .any(|by| squeezed.contains(by))
         || squeezed.match_indices(['-', '/']).any(is_difference)
+}
+
+/// Whether a line names what is missing to 1 or 100 %, as 1 - emissivity. The number may also be
+/// that of a sample.
+fn is_complement(plain: &str) -> bool {
+    let of = |(at, _): (usize, &str)| {
+        let after = plain[at + 1..].trim_start();
+        let before = plain[..at].trim_end_matches([' ', '%']);
+        let number = ["100", "1"].iter().find_map(|number| before.strip_suffix(number));
+        let is_number = number.is_some_and(|before| {
+            let is_apart = !before.ends_with(char::is_alphanumeric);
+            let before = before.trim_end();
+            let word = before.rsplit(|c: char| !c.is_alphanumeric()).next().unwrap_or_default();
+            is_apart
+                && (before.is_empty()
+                    || before.ends_with([':', '=', '(', '['])
+                    || ["is", "are", "as", "of", "the"].contains(&word))
+        });
+        is_number && starts(after, &[&EMISSIVITY[..], &REFLECTANCE].concat())
+    };
+    plain.match_indices('-').any(of)
 }
 
 /// Whether a label whose quantity is a letter, as R, says nothing else that may change it.
@@ -400,7 +453,10 @@ pub(super) fn is_bidirectional(text: &str) -> bool {
 
 /// Whether a label gives its quantity in percent. In prose the word must stand beside the quantity.
 fn is_percent(plain: &str, tokens: &[Token], anywhere: bool) -> bool {
-    let is = |word: &str| starts(word, &["percent", "pct", "prozent", "pourcent", "porcent"]);
+    let ends = |word: &str| word.ends_with("percent") || word.ends_with("pct");
+    let is = |word: &str| {
+        starts(word, &["percent", "pct", "prozent", "pourcent", "porcent"]) || ends(word)
+    };
     if anywhere {
         return plain.contains('%') || tokens.iter().any(|token| is(token.word));
     }

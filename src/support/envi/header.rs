@@ -3,9 +3,26 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use super::pair;
+use super::{headers, pair};
 use crate::support::file_error::FileError;
 use crate::support::text;
+
+/// Keys that say what the numbers of the data are.
+const NUMBERS: [&str; 13] = [
+    "samples",
+    "lines",
+    "bands",
+    "header offset",
+    "file type",
+    "data type",
+    "byte order",
+    "interleave",
+    "wavelength",
+    "wavelength units",
+    "bbl",
+    "data ignore value",
+    "reflectance scale factor",
+];
 
 /// A header: its keys in lower case, its values without braces.
 pub(crate) struct Header {
@@ -19,10 +36,24 @@ pub(crate) struct Header {
 impl Header {
     /// Reads the header of a file that is named by its data or its header.
     pub(crate) fn read(path: &Path, endings: &[&str]) -> Result<Self, FileError> {
+        let is_named = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("hdr"));
         let [data, path] = pair(path, endings);
         let text = text::read(&path)?;
-        let values = values(&text)
+        let others = if is_named { Vec::new() } else { headers(&data) };
+        for other in others.iter().filter(|other| **other != path) {
+            if text::read(other)? != text {
+                let problem = format!("{} is another header of the same data", other.display());
+                let hint = "name the header that is right instead of the data";
+                return Err(FileError::wrong(&path, problem).with_hint(hint));
+            }
+        }
+        let (values, twice) = values(&text)
             .ok_or_else(|| FileError::wrong(&path, "the first line of a header must be ENVI"))?;
+        if let Some(key) = twice.iter().find(|key| NUMBERS.contains(&key.as_str())) {
+            let problem =
+                format!("{key} stands twice, with different values: leave out one of them");
+            return Err(FileError::wrong(&path, problem));
+        }
         Ok(Self { path, data, values })
     }
 
@@ -44,7 +75,17 @@ impl Header {
 
     /// Refuses gains and offsets that change the numbers, and data that are packed.
     pub(crate) fn refuse_changed_data(&self) -> Result<(), FileError> {
-        for (key, neutral) in [("data gain values", 1.0), ("data offset values", 0.0)] {
+        // Programs have keys of their own for them. Those of reflectance say how to make it.
+        let is_change = |key: &&String| {
+            ["scale factor", "gain values", "offset values"].iter().any(|end| key.ends_with(end))
+                && *key != "reflectance scale factor"
+                && !key.starts_with("data reflectance")
+                || ["scale", "gain", "offset", "add offset"].contains(&key.as_str())
+        };
+        let mut keys: Vec<&String> = self.values.keys().filter(is_change).collect();
+        keys.sort_unstable();
+        for key in keys {
+            let neutral = if key.contains("offset") { 0.0 } else { 1.0 };
             if self.numbers(key)?.iter().any(|value| *value != neutral) {
                 return Err(self.wrong(format!("{key} are not supported: apply them before")));
             }
@@ -121,18 +162,19 @@ fn whole(number: f64) -> Option<usize> {
     is_count.then_some(number as usize)
 }
 
-/// The values of a header's text by their keys; `None` if it is not one.
+/// The values of a header's text by their keys, and the keys that stand there twice with different
+/// values; `None` if it is not one.
 ///
 /// A value in braces may begin in the next line and may have braces and comments within. If its
 /// braces are not balanced, it goes on to the first line that ends with one, as in SPy.
-fn values(text: &str) -> Option<HashMap<String, String>> {
+fn values(text: &str) -> Option<(HashMap<String, String>, Vec<String>)> {
     let lines: Vec<&str> =
         text.lines().map(str::trim).filter(|line| !line.starts_with(';')).collect();
     let (first, lines) = lines.split_first()?;
     if !first.starts_with("ENVI") {
         return None;
     }
-    let mut values = HashMap::new();
+    let (mut values, mut twice) = (HashMap::new(), Vec::new());
     let mut at = 0;
     while at < lines.len() {
         let line = lines[at];
@@ -151,9 +193,14 @@ fn values(text: &str) -> Option<HashMap<String, String>> {
             let (inner, taken) = balanced(&value, rest).unwrap_or_else(|| to_brace(&value, rest));
             (value, at) = (inner, at + taken);
         }
-        values.insert(key.trim().to_lowercase(), value);
+        let key = key.trim().to_lowercase();
+        let bare = |value: &str| value.trim_matches(['"', '\'']).to_lowercase();
+        let before = values.insert(key.clone(), value.clone());
+        if before.is_some_and(|before| bare(&before) != bare(&value)) {
+            twice.push(key);
+        }
     }
-    Some(values)
+    Some((values, twice))
 }
 
 /// A value up to the brace that closes its first, and how many further lines it takes.
@@ -191,7 +238,7 @@ mod tests {
 
     #[test]
     fn headers_are_read_however_they_are_laid_out() {
-        let read = |text: &str| values(text).expect("a header");
+        let read = |text: &str| values(text).expect("a header").0;
         for text in [
             "ENVI\nsamples = 3\nwavelength = {8, 9}\nbbl = \nlines = 2\n",
             "ENVI\r\nsamples=3\nwavelength =\n\n{8,\n 9}\nbbl =\nlines = 2\n",

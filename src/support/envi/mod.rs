@@ -27,11 +27,18 @@ pub(crate) fn pair(path: &Path, endings: &[&str]) -> [PathBuf; 2] {
         let data = data.or_else(|| only_one(&bare));
         return [data.unwrap_or_else(|| path.with_extension(endings[0])), path.to_owned()];
     }
-    let mut appended = path.as_os_str().to_owned();
-    appended.push(".hdr");
-    let header = [PathBuf::from(appended), path.with_extension("hdr")];
-    let header = header.iter().find_map(|header| there(header));
+    let header = headers(path).into_iter().next();
     [path.to_owned(), header.unwrap_or_else(|| path.with_extension("hdr"))]
+}
+
+/// The headers that there are of a data file.
+fn headers(data: &Path) -> Vec<PathBuf> {
+    let mut appended = data.as_os_str().to_owned();
+    appended.push(".hdr");
+    let names = [PathBuf::from(appended), data.with_extension("hdr")];
+    let mut found: Vec<PathBuf> = names.iter().filter_map(|header| there(header)).collect();
+    found.dedup();
+    found
 }
 
 /// The file of that path, in this case or another.

@@ -173,6 +173,8 @@ fn spectra(path: &Path) -> Read {
 fn image(path: &Path) -> Read {
     let cube = Cube::read(path)?;
     assert_eq!(cube.data.len(), cube.lines * cube.samples * cube.wavelengths_um.len());
+    let radiance = Cube::read_radiance(path)?;
+    assert!(radiance.data.iter().all(|l| l.is_nan() || l.abs() <= 1e9));
     Ok(())
 }
 
