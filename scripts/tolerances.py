@@ -70,11 +70,12 @@ def row(name, runs, ones, references):
 def main(soilsig, scene, out, seeds, tolerances):
     out = pathlib.Path(out)
     seeds = range(1, int(seeds) + 1)
-    one = [run(soilsig, scene, out / f"one{seed}", seed) for seed in seeds]
-    runs = {
-        t: [run(soilsig, scene, out / f"{t}-{seed}", seed, float(t)) for seed in seeds]
-        for t in tolerances
-    }
+    # The machine's speed drifts: the runs of a seed follow each other.
+    one, runs = [], {tolerance: [] for tolerance in tolerances}
+    for seed in seeds:
+        one.append(run(soilsig, scene, out / f"one{seed}", seed))
+        for t, of in runs.items():
+            of.append(run(soilsig, scene, out / f"{t}-{seed}", seed, float(t)))
     finest = [each["emissivity"] for each in runs[min(tolerances, key=float)]]
     references = []
     for i in range(len(finest)):
