@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Programs that find the cluster by themselves.
-const CLIENTS: [&str; 5] = ["sbatch", "srun", "squeue", "scancel", "scontrol"];
+const CLIENTS: [&str; 7] = ["sbatch", "srun", "squeue", "scancel", "scontrol", "sinfo", "sacct"];
 
 /// The cluster.
 pub struct Slurm {
