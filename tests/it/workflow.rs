@@ -103,7 +103,7 @@ fn on_slurm_a_cancelled_job_runs_again_and_the_bytes_are_those_of_a_sweep() {
     let log = fs::File::create(place.path("log")).expect("made");
     command.env("PATH", path).stdout(Stdio::null()).stderr(log);
     let mut running = command.spawn().expect("it starts");
-    let until = Instant::now() + Duration::from_secs(200);
+    let until = Instant::now() + Duration::from_secs(900);
     let mut cancelled = None;
     let status = loop {
         if let Some(status) = running.try_wait().expect("it is there") {

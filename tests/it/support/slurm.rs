@@ -119,7 +119,7 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 
     /// Waits until something holds; else tells what the daemons wrote.
     fn wait(&self, of: &str, holds: impl Fn(&Self) -> bool) {
-        let until = Instant::now() + Duration::from_secs(60);
+        let until = Instant::now() + Duration::from_secs(180);
         while !holds(self) {
             if Instant::now() > until {
                 let files = fs::read_dir(self.folder.path()).expect("a folder").flatten();
