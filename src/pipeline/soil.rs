@@ -24,7 +24,8 @@ struct BedTold {
 }
 
 impl Run<'_> {
-    /// The shares of the scene's soil with its dust and porosity as the beds have them; `None` if it states none.
+    /// The shares of the scene's soil with its dust and porosity as the beds have them; `None` if it
+    /// states none.
     pub(super) fn soil(&self, scene: &Scene, beds: &[Bed]) -> Result<Option<SoilShares>, Error> {
         let (Some(mut shares), SceneGeometry::Packing(packing)) =
             (scene.soil_shares(), &scene.geometry)
