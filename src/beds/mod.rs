@@ -69,6 +69,32 @@ pub struct Order<'a> {
     pub time_limit: Duration,
 }
 
+/// Why an order was not carried out.
+pub struct Failed {
+    /// The bed of the order that failed, if it was one bed.
+    pub bed: Option<usize>,
+    /// The failure.
+    pub error: Error,
+}
+
+impl<E: Into<Error>> From<(usize, E)> for Failed {
+    fn from((bed, error): (usize, E)) -> Self {
+        Self { bed: Some(bed), error: error.into() }
+    }
+}
+
+impl From<Error> for Failed {
+    fn from(error: Error) -> Self {
+        Self { bed: None, error }
+    }
+}
+
+impl From<Failed> for Error {
+    fn from(failed: Failed) -> Self {
+        failed.error
+    }
+}
+
 /// Everything that a bed depends on.
 #[derive(Serialize)]
 pub struct MadeFrom<'a> {
@@ -97,13 +123,13 @@ impl Order<'_> {
         cache: &Cache,
         log: &(dyn Fn(usize) -> PathBuf + Sync),
         step: &Step,
-    ) -> Result<Vec<Made>, Error> {
+    ) -> Result<Vec<Made>, Failed> {
         let found = self.found(cache)?;
         let missing: Vec<usize> = (0..found.len()).filter(|&i| found[i].is_none()).collect();
         let lots = self.lots(&missing, rayon::current_num_threads());
         let done = AtomicU64::new(0);
         let monitor = OneForAll { monitor: step.monitor, failed: AtomicBool::new(false) };
-        let results: Vec<Result<(), Error>> = std::thread::scope(|scope| {
+        let results: Vec<Result<(), Failed>> = std::thread::scope(|scope| {
             let running: Vec<_> = lots
                 .iter()
                 .map(|lot| {
@@ -122,17 +148,16 @@ impl Order<'_> {
             running.into_iter().map(|thread| thread.join().expect("no panic")).collect()
         });
         // That one failed is why the others were interrupted.
-        let mut errors: Vec<Error> = results.into_iter().filter_map(Result::err).collect();
-        errors.sort_by_key(Error::is_interruption);
-        if let Some(error) = errors.into_iter().next() {
-            return Err(error);
+        let mut failures: Vec<Failed> = results.into_iter().filter_map(Result::err).collect();
+        failures.sort_by_key(|failed| failed.error.is_interruption());
+        if let Some(failed) = failures.into_iter().next() {
+            return Err(failed);
         }
         let made = self.found(cache)?.into_iter().zip(&found);
         made.map(|(made, before)| {
             let made = made.ok_or_else(|| {
-                failed(cache.root())(io::Error::other(
-                    "a bed was removed from the cache during use",
-                ))
+                let removed = io::Error::other("a bed was removed from the cache during use");
+                Error::from(failed(cache.root())(removed))
             })?;
             Ok(Made { cached: before.is_some(), ..made })
         })
@@ -209,8 +234,8 @@ impl Order<'_> {
         log: &Path,
         monitor: &dyn Monitor,
         on_event: &dyn Fn(&Event),
-    ) -> Result<(), Error> {
-        let scratch = cache.scratch()?;
+    ) -> Result<(), Failed> {
+        let scratch = cache.scratch().map_err(Error::from)?;
         let mut args: Vec<OsString> = Vec::new();
         for &bed in lot {
             args.extend(["--scene".into(), self.write_recipe(bed, scratch.path())?.into()]);
@@ -258,10 +283,13 @@ impl Order<'_> {
         kept?;
         keep()?;
         if matches!(finished, Ok(_) | Err(BlenderError::Interrupted)) {
-            output::remove(log)?;
+            output::remove(log).map_err(Error::from)?;
         }
-        finished?;
-        Ok(())
+        match (finished, left.peek()) {
+            (Ok(_), _) => Ok(()),
+            (Err(error @ BlenderError::Refused { .. }), Some(&bed)) => Err((bed, error).into()),
+            (Err(error), _) => Err(Error::from(error).into()),
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::{Bed, Run};
 use crate::beds::own_grains::OwnGrains;
-use crate::beds::{HULLS, Order, Wanted};
+use crate::beds::{Failed, HULLS, Order, Wanted};
 use crate::blender;
 use crate::scene::{Collision, Origin, Packing, Placed, Scene, SceneGeometry, Sides};
 use crate::spectrum;
@@ -52,14 +52,15 @@ impl Run<'_> {
         packing: &Packing,
         library: Option<&OwnGrains>,
         lot: &[(usize, Kept)],
-    ) -> Result<Vec<Bed>, Error> {
+    ) -> Result<Vec<Bed>, Failed> {
         // A recipe may have the name of the settled bed.
         self.folder.keeps_inputs(&[&format!("{}scene.json", lot[0].1.folder(0))])?;
         let step = self.folder.begin("drop");
         let monitor = self.folder.monitor;
         let limit = Duration::from_secs(self.options.blender_timeout_s);
         let blender =
-            blender::find(self.options.blender.as_deref(), self.cache.blenders(), limit, monitor)?;
+            blender::find(self.options.blender.as_deref(), self.cache.blenders(), limit, monitor)
+                .map_err(Error::from)?;
         if let Some(warning) = blender.warning() {
             monitor.say(&format!("warning: {warning}"));
         }

@@ -21,6 +21,7 @@ use crate::beds::own_grains::{self, OwnGrains};
 use crate::geometry::ingest::Sources;
 use crate::pipeline::folder::Folder;
 use crate::pipeline::page::Told;
+use crate::pipeline::planned::Dropped;
 use crate::pipeline::record::Record;
 use crate::scene::shipped::{self, COVERAGES};
 use crate::scene::{Scene, SceneGeometry};
@@ -205,7 +206,7 @@ impl<'a> Run<'a> {
         self.folder.keeps_inputs(&result::EVERY)?;
         let rays = self.folder.key("rays");
         self.folder.record.seeds.insert(rays, scene.seed);
-        let (mut beds, tables, plan) = match &scene.geometry {
+        let Dropped { mut beds, tables, plan, refused } = match &scene.geometry {
             SceneGeometry::Packing(packing) => {
                 if let Some(soil) = scene.soil_shares() {
                     self.folder.monitor.say(&soil.line());
@@ -218,7 +219,7 @@ impl<'a> Run<'a> {
                         let lot = bring::lot(number);
                         let mut beds = self.drop(&prepared, packing, library.as_ref(), &lot)?;
                         let tables = self.trace(&mut beds, false)?;
-                        (beds, tables, None)
+                        Dropped::of(beds, tables)
                     }
                 }
             }
@@ -238,10 +239,11 @@ impl<'a> Run<'a> {
                 let (below, sources) = (String::new(), Some(sources));
                 let mut beds = vec![Bed { prepared, below, sources, tracer: None }];
                 let tables = self.trace(&mut beds, false)?;
-                (beds, tables, None)
+                Dropped::of(beds, tables)
             }
         };
         let mut report = self.signature(&scene, &tables, plan)?;
+        report.reached.refused = refused;
         report.reached.soil = self.soil(&scene, &beds)?;
         self.picture(&mut beds[0], &tables[0])?;
         self.folder.record.reached.insert(scene.name.clone(), report.reached.clone());

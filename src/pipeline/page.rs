@@ -122,6 +122,7 @@ pub fn of_runs(folders: &[&Path]) -> Result<String, Error> {
             let tolerance = (reached.tolerance, reached.tolerance_of);
             let mut report = Report::new(&tables, &um, tolerance, reached.plan)?;
             report.reached.soil.clone_from(&reached.soil);
+            report.reached.refused.clone_from(&reached.refused);
             all.push((
                 *folder,
                 record.clone(),

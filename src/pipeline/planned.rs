@@ -2,13 +2,16 @@
 
 use super::bring::{self, Kept, Lot};
 use super::{Bed, Run};
+use crate::beds::Failed;
 use crate::beds::own_grains::OwnGrains;
+use crate::blender::BlenderError;
 use crate::report;
 use crate::scene::{Origin, Packing};
 use crate::signature::budget::Budget;
 use crate::signature::plan::{Beds, COST, Plan};
 use crate::signature::{self, Levels};
 use crate::support::error::Error;
+use crate::support::output;
 use crate::table::{Prepared, Table};
 
 /// Wall time of a round of the last stages, seconds.
@@ -18,8 +21,25 @@ struct Pace {
     trace: f64,
 }
 
-/// The beds, their tables, and the plan by which they are enough.
-pub(super) type Planned = (Vec<Bed>, Vec<Table>, Option<Plan>);
+/// What a run of several stages, or of one, leaves.
+pub(super) struct Dropped {
+    pub(super) beds: Vec<Bed>,
+    pub(super) tables: Vec<Table>,
+    /// The plan by which they are enough.
+    pub(super) plan: Option<Plan>,
+    /// Why Blender refused beds for which others stand.
+    pub(super) refused: Vec<String>,
+}
+
+impl Dropped {
+    /// Of a run whose number of beds was given.
+    pub(super) fn of(beds: Vec<Bed>, tables: Vec<Table>) -> Self {
+        Self { beds, tables, plan: None, refused: Vec::new() }
+    }
+}
+
+/// Of so many beds one may be refused, and another stands for it. Of more the recipe is at fault.
+const FOR_A_REFUSED: usize = 20;
 
 impl Run<'_> {
     /// As many beds as the tolerance takes, of which some are dropped on until their fines touch if
@@ -29,19 +49,20 @@ impl Run<'_> {
         prepared: &Prepared,
         packing: &Packing,
         library: Option<&OwnGrains>,
-    ) -> Result<Planned, Error> {
+    ) -> Result<Dropped, Error> {
         let keeps_apart = packing.origin() == Origin::DrawnApart;
         let tolerance = self.options.tolerance;
         let (mut before, mut now) = (Beds::default(), Beds::first(tolerance, keeps_apart));
-        let mut is_pair = Vec::new();
+        let mut chosen = Chosen::default();
         let mut pace = Pace::default();
         if now.drops > 1 {
-            self.folder.monitor.say(&report::first_beds(&now, tolerance));
+            let seconds = rounds(before, now) * bed_seconds(packing);
+            self.folder.monitor.say(&report::first_beds(&now, tolerance, seconds));
         }
         loop {
             let begun = self.folder.record.stages.len();
-            grow(&mut is_pair, now);
-            let mut beds = self.drop(prepared, packing, library, &lot_of(&is_pair))?;
+            chosen.grow(now);
+            let mut beds = self.drop_chosen(prepared, packing, library, &mut chosen)?;
             let tables = self.trace(&mut beds, true)?;
             let plan = self.plan_of(&tables, &prepared.wavelengths_um, keeps_apart)?;
             let told = report::plan(&plan, tolerance);
@@ -49,7 +70,7 @@ impl Run<'_> {
                 if now.drops > 1 {
                     self.folder.monitor.say(&format!("plan: {told}"));
                 }
-                return Ok((beds, tables, Some(plan)));
+                return Ok(Dropped { beds, tables, plan: Some(plan), refused: chosen.refused });
             }
             self.clock(&mut pace, begun, rounds(before, now));
             let time = report::duration((pace.drop + pace.trace) * rounds(now, plan.next));
@@ -60,6 +81,29 @@ impl Run<'_> {
                 stage.name.insert_str(0, "pilot ");
             }
             (before, now) = (now, plan.next);
+        }
+    }
+
+    /// Drops the chosen beds. The next bed of the recipe stands for one that Blender refuses.
+    fn drop_chosen(
+        &mut self,
+        prepared: &Prepared,
+        packing: &Packing,
+        library: Option<&OwnGrains>,
+        chosen: &mut Chosen,
+    ) -> Result<Vec<Bed>, Error> {
+        loop {
+            let Failed { bed, error } = match self.drop(prepared, packing, library, &chosen.lot()) {
+                Ok(beds) => return Ok(beds),
+                Err(failed) => failed,
+            };
+            let Some(bed) = bed.filter(|_| chosen.may_replace()) else { return Err(error) };
+            let refused = error.downcast::<BlenderError>()?;
+            if let Some(log) = refused.log() {
+                output::remove(log)?;
+            }
+            let why = chosen.replace(bed, &refused);
+            self.folder.monitor.say(&format!("warning: {why}"));
         }
     }
 
@@ -83,31 +127,59 @@ impl Run<'_> {
     }
 }
 
-/// Adds beds up to these numbers. What is there stays as it is; of the new beds the first become
-/// pairs. Bed 1 is shown, as hulls, and becomes a pair last.
-fn grow(is_pair: &mut Vec<bool>, to: Beds) {
-    let first_new = is_pair.len().max(1);
-    is_pair.resize(to.drops, false);
-    let order = (first_new..to.drops).chain((0..first_new.min(to.drops)).rev());
-    let missing = to.pairs - is_pair.iter().filter(|pair| **pair).count();
-    let alone: Vec<usize> = order.filter(|&bed| !is_pair[bed]).take(missing).collect();
-    for bed in alone {
-        is_pair[bed] = true;
-    }
+/// The beds of a plan so far.
+#[derive(Default)]
+struct Chosen {
+    /// The number of each among the recipe's beds, and whether it is a pair.
+    beds: Vec<(usize, bool)>,
+    /// Why others are not among them.
+    refused: Vec<String>,
 }
 
-/// The beds of a plan.
-fn lot_of(is_pair: &[bool]) -> Lot {
-    if is_pair == [false] {
-        return bring::lot(1);
+impl Chosen {
+    /// The first number that no bed has had.
+    fn next(&self) -> usize {
+        self.beds.len() + self.refused.len()
     }
-    let has_pairs = is_pair.contains(&true);
-    let kept = |is_pair| match is_pair {
-        true => Kept::Pair,
-        false if has_pairs => Kept::Hulls,
-        false => Kept::Several,
-    };
-    is_pair.iter().map(|&is_pair| kept(is_pair)).enumerate().collect()
+
+    /// Adds beds up to these numbers. What is there stays as it is; of the new beds the first become
+    /// pairs. The first bed is shown, as hulls, and becomes a pair last.
+    fn grow(&mut self, to: Beds) {
+        let first_new = self.beds.len().max(1);
+        while self.beds.len() < to.drops {
+            self.beds.push((self.next(), false));
+        }
+        let order = (first_new..to.drops).chain((0..first_new.min(to.drops)).rev());
+        let missing = to.pairs - self.beds.iter().filter(|(_, is_pair)| *is_pair).count();
+        let alone: Vec<usize> = order.filter(|&bed| !self.beds[bed].1).take(missing).collect();
+        for bed in alone {
+            self.beds[bed].1 = true;
+        }
+    }
+
+    fn lot(&self) -> Lot {
+        let several = self.beds.len() > 1;
+        let has_pairs = self.beds.iter().any(|(_, is_pair)| *is_pair);
+        let kept = |is_pair| match is_pair {
+            true => Kept::Pair,
+            false if has_pairs => Kept::Hulls,
+            false if several => Kept::Several,
+            false => Kept::One,
+        };
+        self.beds.iter().map(|&(number, is_pair)| (number, kept(is_pair))).collect()
+    }
+
+    fn may_replace(&self) -> bool {
+        self.refused.len() < self.beds.len().div_ceil(FOR_A_REFUSED)
+    }
+
+    /// Takes the next bed in the place of one that was refused; says so.
+    fn replace(&mut self, bed: usize, why: &BlenderError) -> &str {
+        let (next, refused) = (self.next(), self.beds[bed].0);
+        self.beds[bed].0 = next;
+        self.refused.push(format!("bed {} stands for bed {}: {why}", next + 1, refused + 1));
+        self.refused.last().expect("it was pushed")
+    }
 }
 
 /// The rounds until there are as many beds as come next. In a round each of as many Blenders as there
@@ -117,16 +189,22 @@ fn rounds(now: Beds, next: Beds) -> f64 {
     (drops as f64 + COST * pairs as f64) / rayon::current_num_threads().min(drops.max(1)) as f64
 }
 
+/// Seconds that one thread takes for a bed of hulls with its trace, by the shipped recipes (docs:
+/// stages): what is known before the first bed.
+fn bed_seconds(packing: &Packing) -> f64 {
+    0.035 * packing.grains.iter().map(|grain| grain.count as f64).sum::<f64>()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn beds_that_are_there_stay_as_they_are() {
-        let mut is_pair = Vec::new();
+        let mut chosen = Chosen::default();
         let mut grown = |drops, pairs| {
-            grow(&mut is_pair, Beds { drops, pairs });
-            let pairs: Vec<usize> = (0..drops).filter(|&bed| is_pair[bed]).collect();
+            chosen.grow(Beds { drops, pairs });
+            let pairs: Vec<usize> = (0..drops).filter(|&bed| chosen.beds[bed].1).collect();
             pairs
         };
         assert_eq!(grown(5, 2), [1, 2]);
@@ -134,5 +212,19 @@ mod tests {
         assert_eq!(grown(18, 4), [1, 2, 9, 10]);
         assert_eq!(grown(18, 6), [1, 2, 9, 10, 16, 17]);
         assert_eq!(grown(19, 19).len(), 19);
+    }
+
+    #[test]
+    fn the_next_bed_stands_for_a_refused_one() {
+        let mut chosen = Chosen::default();
+        chosen.grow(Beds { drops: 6, pairs: 2 });
+        assert!(chosen.may_replace());
+        chosen.replace(1, &BlenderError::Interrupted);
+        let numbers: Vec<usize> = chosen.beds.iter().map(|(number, _)| *number).collect();
+        assert_eq!(numbers, [0, 6, 2, 3, 4, 5]);
+        assert!(!chosen.may_replace());
+        chosen.grow(Beds { drops: 21, pairs: 2 });
+        assert_eq!(chosen.beds[20], (21, false));
+        assert!(chosen.may_replace());
     }
 }

@@ -99,9 +99,10 @@ pub fn plan(plan: &Plan, tolerance: f64) -> String {
     parts.join("; ")
 }
 
-/// The beds that a plan begins with.
-pub fn first_beds(first: &Beds, tolerance: f64) -> String {
-    format!("plan: {} tell how many beds +-{tolerance} takes", beds(first))
+/// The beds that a plan begins with, and how long they take by what is known of other machines.
+pub fn first_beds(first: &Beds, tolerance: f64, seconds: f64) -> String {
+    let time = duration(seconds);
+    format!("plan: {} tell how many beds +-{tolerance} takes, in roughly {time}", beds(first))
 }
 
 fn beds(of: &Beds) -> String {

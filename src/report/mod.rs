@@ -112,6 +112,7 @@ impl Report {
             warnings: warnings::of_result(packings, &bands, tolerance, budget.floor_effect),
             retrieval: Retrieval::new(&packings[0], &bands, Assumed::EXACT),
             soil: None,
+            refused: Vec::new(),
             features: features(wavelengths_um, &emissivity, feature_windows(packings)),
             features_half_width: feature_errors(packings, wavelengths_um)?,
         };

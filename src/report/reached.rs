@@ -93,6 +93,9 @@ pub struct Reached {
     /// The shares of the soil that the scene states, if it does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub soil: Option<SoilShares>,
+    /// Why Blender refused beds of a planned run, and which beds stand for them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub refused: Vec<String>,
     /// The curve's extrema and means.
     pub features: Features,
     /// Half-widths of features by the spread between packings; `None` for a single packing.

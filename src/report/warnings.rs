@@ -72,6 +72,7 @@ pub(super) fn lines(r: &Reached) -> Vec<String> {
     for (name, source) in &r.facets {
         lines.extend(source.warnings.iter().map(|why| format!("{name}: {why}")));
     }
+    lines.extend(r.refused.iter().cloned());
     lines.extend(r.soil.as_ref().and_then(SoilShares::porosity_warning));
     lines.extend(r.warnings.iter().map(ToString::to_string));
     lines

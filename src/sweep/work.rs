@@ -15,7 +15,7 @@ use super::Options;
 use super::points::Points;
 use super::study::{Keep, Study};
 use crate::beds::own_grains::OwnGrains;
-use crate::beds::{Order, Wanted};
+use crate::beds::{Failed, Order, Wanted};
 use crate::blender::Blender;
 use crate::pipeline::{self, Bed as Traced, TABLE};
 use crate::radiometry::Assumed;
@@ -358,8 +358,8 @@ impl<'a> Work<'a> {
             let dropped = order.beds(self.options.cache, &log, &Step::new(&silent, "drop"));
             let found = match dropped {
                 Ok(found) => found.into_iter().map(Some).collect(),
-                Err(error) if is_of_all(&error) => return Err(error),
-                Err(error) => {
+                Err(Failed { error, .. }) if is_of_all(&error) => return Err(error),
+                Err(Failed { error, .. }) => {
                     let found = order.found(self.options.cache)?;
                     let Some(at) = found.iter().position(Option::is_none) else { continue };
                     for bed in drops.remove(at) {

@@ -8,6 +8,7 @@ use soilsig::beds::HULLS;
 use soilsig::support::random::seed_of;
 use soilsig::support::statistics::quantile_95;
 
+use crate::blender_control::fake::Fake;
 use crate::support::{Place, a_blender, real_blenders, shipped, shipped_json, with_script};
 
 #[test]
@@ -189,6 +190,33 @@ fn as_many_beds_are_dropped_as_the_tolerance_takes() {
     assert!(total(&place, reached) <= 0.3, "{reached}");
     assert_eq!(reached["packings"], 1);
     assert!(!place.path("r/packings").exists() && place.path("r/table.json").exists());
+}
+
+#[test]
+fn the_next_bed_stands_for_one_that_blender_refuses() {
+    let place = Place::new();
+    let Some(blender) = a_blender() else { return };
+    // The first drop is refused, those after it are Blender's own.
+    let name = blender.file_name().expect("a program").to_string_lossy();
+    let refused = r#"{"event":"error","kind":"sunk","message":"a grain sank","hint":null}"#;
+    let body = format!(
+        "case \"$*\" in *drop.py*) mkdir \"$here/once\" 2>/dev/null && \
+         {{ echo '@soilsig {refused}'; exit 13; }};; esac\nexec '{}' \"$@\"",
+        blender.display()
+    );
+    let fake = Fake::named(&name, &body);
+    let record = planned(&place, &fake.path, &dusted(&place, 0, 6), "0.015");
+    let reached = &record["reached"]["settled_patch"];
+    let refused = reached["refused"][0].as_str().expect("a text");
+    assert!(refused.contains("stands for bed") && refused.contains("a grain sank"), "{refused}");
+    assert!(total(&place, reached) <= 0.015, "{reached}");
+    let beds = fs::read_dir(place.path("r/packings")).expect("written").count();
+    assert_eq!(reached["packings"], beds);
+    // No log of the refused bed is left.
+    let files = fs::read_dir(place.path("r")).expect("written");
+    let logs =
+        files.filter(|f| f.as_ref().is_ok_and(|f| f.path().extension() == Some("log".as_ref())));
+    assert_eq!(logs.count(), 0);
 }
 
 /// Hulls carry the spread, pairs of the same drop what touching fines change.
