@@ -6,7 +6,7 @@ COVERAGE = sparse
 # snakemake, slurm, window, browser, module.
 WITHOUT =
 
-.PHONY: help run test lint docs wheel setup bench intervals twins chart scale packings tolerances budgets \
+.PHONY: help run test lint docs wheel setup bench intervals twins chart scale packings tolerances spread budgets \
     facets refraction dust stress torture fuzz kills clean
 
 help: ## list the targets
@@ -98,6 +98,11 @@ packings: setup ## measure the spread between packings and the effect of the tra
 tolerances: setup ## measure the time and the error of runs within a tolerance (half an hour)
 	cargo build --release
 	python3 scripts/tolerances.py target/release/soilsig scenes/sparse.json out/tolerances 5 .01 .005 .002 .001
+
+# docs/measurements/tolerances.md
+spread: setup ## draw beds of four recipes; print how much they differ, and by their cells
+	cargo build --release
+	python3 scripts/drawn_beds.py target/release/soilsig docs/measurements/data/drawn_beds.csv 32
 
 # docs/measurements/budgets.md
 budgets: setup ## count how often the error budget holds, on random recipes

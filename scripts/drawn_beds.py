@@ -2,10 +2,12 @@
 
 python3 scripts/drawn_beds.py PROGRAM OUT.csv BEDS
 
-Recipes with fines are there as hulls and, from the same drops, with fines that touch.
+Recipes with fines are there as hulls and, from the same drops, with fines that touch. Prints how
+much beds differ, and how much they do by the cells of single ones.
 """
 
 import csv
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -14,8 +16,10 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 BANDS_UM = (8.0, 8.4, 9.03, 9.3, 10.0, 11.0, 12.0, 13.0)
 # Recipe, and whether hulls keep its fines apart.
-RECIPES = (("sparse", True), ("less", True), ("bare", False), ("quartz_sand", False))
+RECIPES = (("sparse", True), ("small", True), ("bare", False), ("quartz_sand", False))
 TOUCHING = "geometry.packing.drop.collision=hull_then_fines"
+# Student's t of the 15 degrees of freedom that the cells of a bed have, 95 %.
+QUANTILE = 2.1314
 
 
 def main(program, out, beds):
@@ -28,9 +32,11 @@ def main(program, out, beds):
                 scene = ROOT / "scenes" / f"{recipe}.json"
                 arguments = ["pipeline", "--scene", scene, "--packings", beds, *change]
                 soilsig(program, *arguments, "--tolerance", "0.0012", "--out", run)
-                for bed in range(1, int(beds) + 1):
-                    curve = curve_of(program, run, bed)
-                    rows.append([recipe, level, bed, *(f"{curve[um]:.5f}" for um in BANDS_UM)])
+                curves = [curve_of(program, run, bed) for bed in range(1, int(beds) + 1)]
+                for bed, curve in enumerate(curves, 1):
+                    rows.append([recipe, level, bed, *(f"{curve[um][0]:.5f}" for um in BANDS_UM)])
+                if level == "hulls":
+                    print_spreads(recipe, curves)
     with Path(out).open("w", newline="") as file:
         heading = ["recipe", "level", "bed", *BANDS_UM]
         csv.writer(file, lineterminator="\n").writerows([heading, *rows])
@@ -44,11 +50,26 @@ def soilsig(program, *arguments):
 
 
 def curve_of(program, run, bed):
-    """Emissivity of one bed, by wavelength."""
+    """Emissivity of one bed, and the spread between beds by its cells, by wavelength."""
     table = run / "packings" / str(bed) / "table.json"
-    soilsig(program, "signature", table, "--out", run / f"bed{bed}.csv")
-    with (run / f"bed{bed}.csv").open() as file:
-        return {float(r["wavelength_um"]): float(r["emissivity"]) for r in csv.DictReader(file)}
+    files = [run / f"{name}{bed}.csv" for name in ("curve", "budget")]
+    soilsig(program, "signature", table, "--out", files[0], "--budget", files[1])
+    rows = [list(csv.DictReader(file.open())) for file in files]
+    return {
+        float(band["wavelength_um"]): (
+            float(band["emissivity"]),
+            float(budget["packings_half_width_95"]) / QUANTILE,
+        )
+        for band, budget in zip(*rows)
+    }
+
+
+def print_spreads(recipe, curves):
+    for um in BANDS_UM:
+        emissivities, by_cells = zip(*(curve[um] for curve in curves))
+        spread = statistics.stdev(emissivities)
+        by_cells = statistics.fmean(x * x for x in by_cells) ** 0.5
+        print(f"{recipe},{um},{statistics.fmean(emissivities):.4f},{spread:.4f},{by_cells:.4f}")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 //! A planned run: beds until the total is within the tolerance.
 
-use super::bring::{self, Kept, Lot};
+use super::bring::{Kept, Lot};
 use super::{Bed, Run};
 use crate::beds::Failed;
 use crate::beds::own_grains::OwnGrains;

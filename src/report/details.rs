@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::Reached;
+use super::{Reached, duration};
 use crate::histogram::tally::Kept;
 use crate::signature::plan::{Beds, Plan};
 use crate::spectrum::FacetSource;

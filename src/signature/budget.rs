@@ -30,7 +30,8 @@ pub struct Share {
     /// Noise of the rays.
     pub rays: f64,
     /// Differences between packings of the recipe: by their spread or, for fewer than five, by that
-    /// between the cells of their views, whichever is more. `None` where the geometry is given.
+    /// between the cells of their views, whichever is more. Of five or more the cells count as three
+    /// further packings. `None` where the geometry is given.
     pub packings: Option<f64>,
     /// Difference between the inner cells and all: the part beyond one standard error, of five beds
     /// or more beyond the 95 % interval.
@@ -70,6 +71,8 @@ pub struct Budget {
     /// Largest change of any band between a black and a white floor. `None` where there is no
     /// floor, or where something else is made of its material.
     pub floor_effect: Option<f64>,
+    /// Standard deviation between beds by the cells of their views, by band, where cells tell it.
+    pub(super) by_cells: Option<Vec<f64>>,
 }
 
 /// The columns of `budget.csv`, with their meanings. All numbers are half-widths in emissivity.
@@ -154,11 +157,14 @@ impl Budget {
         let sources = if table.nodes.is_some() { Vec::new() } else { sources(table) };
         let cells =
             (origin != Origin::Given).then(|| cells::of_tables(packings, &levels)).flatten();
-        let share = |((band, rho), step): ((&Band, &Vec<f64>), &f64)| -> Result<_, Error> {
+        let curves = signature::curves(packings, &um)?;
+        let share = |(i, ((band, rho), step)): (usize, ((&Band, &Vec<f64>), &f64))| {
             let e = band.emissivity;
             let rays = T_95 * e.rays_standard_error;
             let of_cells = cells.as_deref().map(|cells| OfCells::of_weights(cells, rho));
-            let by_spread = e.spread.map(|_| e.interval());
+            let of_band: Vec<f64> = curves.iter().map(|curve| curve[i]).collect();
+            let spread = of_cells.map(|cells| cells.spread);
+            let by_spread = levels.half_width(&of_band, e.rays_standard_error, spread);
             let by_cells = of_cells.and_then(|cells| cells.half_width());
             let chance = Chance::new(rays, by_spread, by_cells);
             let rim = of_cells.map(|of_cells| of_cells.rim);
@@ -179,18 +185,21 @@ impl Budget {
                 spectra: spectra(packings, &sources, band.wavelength_um, rho)?,
             };
             let share = Share { total: chance.both + share.bounds(), ..share };
-            Ok((share, by_floor.map_or(0.0, |[black, white]| black - white)))
+            let floor = by_floor.map_or(0.0, |[black, white]| black - white);
+            Ok::<_, Error>((share, floor, spread))
         };
-        let of_bands: Vec<_> = bands.iter().zip(&reflectances).zip(&steps).collect();
+        let of_bands: Vec<_> = bands.iter().zip(&reflectances).zip(&steps).enumerate().collect();
         let unknown = |m: &&TableMaterial| {
             let is_constant = matches!(m.spectrum, Spectrum::Constant(_));
             !m.spectrum.has_error() || (table.nodes.is_some() && !is_constant)
         };
-        let (shares, by_floor): (Vec<Share>, Vec<f64>) =
-            of_bands.into_par_iter().map(share).collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
+        let of_bands: Vec<(Share, f64, Option<f64>)> =
+            of_bands.into_par_iter().map(share).collect::<Result<_, _>>()?;
+        let by_floor = of_bands.iter().map(|(_, floor, _)| *floor);
         Ok(Self {
-            bands: shares,
-            floor_effect: table.floor.map(|_| by_floor.into_iter().fold(0.0, f64::max)),
+            bands: of_bands.iter().map(|(share, ..)| *share).collect(),
+            by_cells: of_bands.iter().map(|(.., spread)| *spread).collect(),
+            floor_effect: table.floor.map(|_| by_floor.fold(0.0, f64::max)),
             spectra_unknown: table
                 .materials
                 .iter()
@@ -324,7 +333,8 @@ mod tests {
         };
         let wider = Share { total: 0.3, rim: Some(0.05), wavelength_um: 9.0, ..share };
         let bands = vec![share, wider, Share { wavelength_um: 9.5, ..share }];
-        let budget = Budget { bands, spectra_unknown: Vec::new(), floor_effect: None };
+        let budget =
+            Budget { bands, spectra_unknown: Vec::new(), floor_effect: None, by_cells: None };
         assert_eq!(budget.widest(), wider);
         let text = budget.csv_text();
         let lines: Vec<&str> = text.lines().collect();

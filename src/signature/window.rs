@@ -175,7 +175,8 @@ impl Total {
         let of_bed = |curve: &Vec<f64>| {
             Some(Mean { mean: mean(&|band| curve[band])?, standard_error: of_rays, trapped: 0.0 })
         };
-        let beds = levels.estimate(&curves.iter().map(of_bed).collect::<Option<Vec<_>>>()?);
+        let means = curves.iter().map(of_bed).collect::<Option<Vec<_>>>()?;
+        let beds = levels.estimate(&means);
         let of_cells = |bed: &Vec<Cells>| {
             let mut means = Cells::default();
             for (cell, of_cell) in means.iter_mut().enumerate() {
@@ -185,7 +186,9 @@ impl Total {
         };
         let cells: Option<Vec<Cells>> = cells.and_then(|beds| beds.iter().map(of_cells).collect());
         let cells = cells.map(|cells| OfCells::new(&cells));
-        let by_spread = beds.spread.map(|_| beds.interval());
+        let values: Vec<f64> = means.iter().map(|mean| mean.mean).collect();
+        let spread = cells.map(|cells| cells.spread);
+        let by_spread = levels.half_width(&values, beds.rays_standard_error, spread);
         let by_cells = cells.and_then(|cells| cells.half_width());
         let chance = Chance::new(rays, by_spread, by_cells);
         let spread =
