@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 from collections.abc import Mapping
@@ -14,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from . import _soilsig
-from ._arrays import array, coordinate
+from ._arrays import array, by_wavelength, coordinate
 from ._run import options, run
 from ._scene import Scene
 from ._spectrum import Spectrum
@@ -248,12 +247,7 @@ class Match:
     def fit(self) -> xr.Dataset:
         """Measured and fitted emissivity, their standard errors and the residual, by wavelength,
         um: the columns of ``match.csv``."""
-        with open(self.folder / "match.csv", encoding="utf-8", newline="") as file:
-            heading, *rows = csv.reader(file)
-        columns = dict(zip(heading, np.array(rows, dtype=np.float64).T))
-        um = coordinate(columns.pop("wavelength_um"))
-        data = {name: xr.Variable("wavelength", of, {"units": "1"}) for name, of in columns.items()}
-        return xr.Dataset(data, {"wavelength": um})
+        return by_wavelength(self.folder / "match.csv")
 
     @property
     def text(self) -> str:
