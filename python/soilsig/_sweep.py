@@ -85,6 +85,7 @@ def sweep(
     blender: str | os.PathLike | None = None,
     blender_timeout: int | None = None,
     no_cache: bool = False,
+    threads: int | None = None,
 ) -> Sweep | None:
     """Drop and trace the beds of a study: a scene at many points.
 
@@ -99,7 +100,7 @@ def sweep(
         Folder for the results. Default: ``out/`` and the name of the study.
     part : str, optional
         Only one part of the beds, as on a cluster: ``"1/8"``.
-    blender, blender_timeout, no_cache
+    blender, blender_timeout, no_cache, threads
         As for `pipeline`.
 
     Returns
@@ -117,5 +118,6 @@ def sweep(
         file = Path(study)
         folder = Path("out") / file.stem if out is None else Path(out)
     known = {"part": part, "blender": blender, "blender_timeout": blender_timeout}
+    known["threads"] = threads
     run(["sweep", file, *options(out=folder, no_cache=no_cache, **known)])
     return Sweep(folder) if part is None else None

@@ -81,9 +81,11 @@ assert curves.l_target_w_m2_sr_um.attrs["ancillary_variables"] in curves
 bands = pd.read_csv("bands.csv", dtype={"band": str})
 seen = xr.open_dataset("bands.nc")
 assert seen.sizes == {"band": 9}
-assert seen.sensor.astype(str).values.tolist() == bands.sensor.tolist() == ["aster"] * 5 + [
-    "modis"
-] * 4
+assert (
+    seen.sensor.astype(str).values.tolist()
+    == bands.sensor.tolist()
+    == ["aster"] * 5 + ["modis"] * 4
+)
 assert seen.band_name.astype(str).values.tolist() == bands.band.tolist()
 assert set(seen.emissivity.coords) == {"sensor", "band_name", "centre_um"}
 for name in bands.columns.drop(["sensor", "band"]):
