@@ -56,8 +56,8 @@ function provenance(run) {
   // What is named by a hash stands with the other hashes.
   const isHash = ([, value]) => /^[0-9a-f]{64}$/.test(value);
   const versions = Object.entries(record.versions);
-  const hashes = (files) => files.map(([path, value]) => h('tr', {}, h('td', {}, path),
-    h('td', { class: 'text' }, h('code', {}, value))));
+  const hashes = (files) => files.map(([path, value]) => h('tr', {},
+    h('td', { class: 'text' }, path), h('td', { class: 'text' }, h('code', {}, value))));
   const named = (of) => h('table', {}, of.map(([name, value]) =>
     h('tr', {}, h('td', {}, name), h('td', { class: 'text' }, String(value)))));
   const stages = record.stages.map((stage) =>
