@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ._commands import Match, Run, image, match, pipeline, trace
+    from ._compare import diff, report, retrieve
     from ._error import Error
     from ._run import Answer, run
     from ._scene import Scene
     from ._spectrum import Band, Sensor, Spectrum, read_spectrum, sensor
+    from ._sweep import Sweep, sweep
     from ._table import Table
 
 __all__ = [
@@ -27,22 +29,29 @@ __all__ = [
     "Scene",
     "Sensor",
     "Spectrum",
+    "Sweep",
     "Table",
+    "diff",
     "image",
     "match",
     "pipeline",
     "read_spectrum",
+    "report",
+    "retrieve",
     "run",
     "sensor",
+    "sweep",
     "trace",
 ]
 
 _HOMES = {
     "_commands": ("Match", "Run", "image", "match", "pipeline", "trace"),
+    "_compare": ("diff", "report", "retrieve"),
     "_error": ("Error",),
     "_run": ("Answer", "run"),
     "_scene": ("Scene",),
     "_spectrum": ("Band", "Sensor", "Spectrum", "read_spectrum", "sensor"),
+    "_sweep": ("Sweep", "sweep"),
     "_table": ("Table",),
 }
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 from collections.abc import Mapping
@@ -14,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from . import _soilsig
-from ._arrays import array, coordinate
+from ._arrays import array, by_wavelength, coordinate
 from ._run import options, run
 from ._scene import Scene
 from ._spectrum import Spectrum
@@ -115,6 +114,7 @@ def pipeline(
     blender: Path_ | None = None,
     blender_timeout: int | None = None,
     no_cache: bool = False,
+    threads: int | None = None,
 ) -> Run:
     """Drop the grains in Blender, trace the bed, and write its emissivity.
 
@@ -155,6 +155,8 @@ def pipeline(
         Longest that Blender may take, s.
     no_cache : bool
         Whether earlier results are left aside.
+    threads : int, optional
+        Threads to use; the result does not depend on it. Default: all cores.
 
     Returns
     -------
@@ -189,6 +191,7 @@ def trace(
     shard: str | None = None,
     range: tuple[float, float] | None = None,
     step: float | None = None,
+    threads: int | None = None,
 ) -> Table:
     """Trace a placed scene into a bounce table. No Blender is needed.
 
@@ -202,7 +205,7 @@ def trace(
         Exactly this number of paths, whatever they reach.
     shard : str, optional
         One of n parts of those paths: ``"1/4"``.
-    tolerance, seed, set, max_paths, max_seconds, range, step
+    tolerance, seed, set, max_paths, max_seconds, range, step, threads
         As for `pipeline`.
 
     Returns
@@ -248,12 +251,7 @@ class Match:
     def fit(self) -> xr.Dataset:
         """Measured and fitted emissivity, their standard errors and the residual, by wavelength,
         um: the columns of ``match.csv``."""
-        with open(self.folder / "match.csv", encoding="utf-8", newline="") as file:
-            heading, *rows = csv.reader(file)
-        columns = dict(zip(heading, np.array(rows, dtype=np.float64).T))
-        um = coordinate(columns.pop("wavelength_um"))
-        data = {name: xr.Variable("wavelength", of, {"units": "1"}) for name, of in columns.items()}
-        return xr.Dataset(data, {"wavelength": um})
+        return by_wavelength(self.folder / "match.csv")
 
     @property
     def text(self) -> str:
@@ -284,6 +282,7 @@ def match(
     blender: Path_ | None = None,
     blender_timeout: int | None = None,
     no_cache: bool = False,
+    threads: int | None = None,
 ) -> Match:
     """Find the soil of a measured signature: its cover with fines, and a second component.
 
@@ -314,7 +313,7 @@ def match(
         Random seed.
     sky, atmosphere, temperature, sky_error
         As for `Table.signature`.
-    blender, blender_timeout, no_cache
+    blender, blender_timeout, no_cache, threads
         As for `pipeline`.
 
     Returns
@@ -350,6 +349,7 @@ def image(
     step: float | None = None,
     false_colour: tuple[float, float, float] | None = None,
     show: tuple[float, ...] | None = None,
+    threads: int | None = None,
 ) -> xr.Dataset:
     """Trace a placed scene into a radiance image with a spectrum in every pixel.
 
@@ -367,7 +367,7 @@ def image(
         Columns and lines.
     false_colour, show : tuple of float, optional
         Wavelengths of the pictures, um.
-    set, seed, range, step
+    set, seed, range, step, threads
         As for `pipeline`.
 
     Returns

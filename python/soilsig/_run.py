@@ -70,7 +70,7 @@ class _Listener:
             self.bar = None
 
 
-def run(args: Iterable[Any]) -> Answer:
+def run(args: Iterable[Any], *, quiet: int | None = None) -> Answer:
     """Run a command line.
 
     Parameters
@@ -78,6 +78,8 @@ def run(args: Iterable[Any]) -> Answer:
     args : iterable
         Its words, without the program's name: ``["spectra", "list"]``. Paths and numbers are
         turned into text.
+    quiet : int, optional
+        An exit status that draws no Python warning.
 
     Returns
     -------
@@ -101,7 +103,7 @@ def run(args: Iterable[Any]) -> Answer:
         text, status, meaning = _soilsig.call(words, listener)
     finally:
         listener.close()
-    if meaning is not None:
+    if meaning is not None and status != quiet:
         warnings.warn(meaning, stacklevel=3)
     return Answer(text, status)
 

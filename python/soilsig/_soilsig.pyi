@@ -86,5 +86,6 @@ class Table:
         wavelengths_um: Sequence[float],
         temperature_error_k: float = 0.0,
         sky_error: float = 0.0,
+        amplification_limit: float = 10.0,
     ) -> _Signature: ...
     def in_bands(self, sensor: Sensor) -> list[tuple[str, float, tuple[float, ...], bool]]: ...

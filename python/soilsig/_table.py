@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from ._arrays import WAVELENGTH, array, coordinate, wavelengths
 from ._spectrum import Sensor, Spectrum
 
 Spectra = Mapping[str, Any]
+AnySensor = Sensor | str | os.PathLike
 
 
 class Table:
@@ -134,9 +135,10 @@ class Table:
         sky: Any = None,
         atmosphere: str | os.PathLike | None = None,
         wavelength: Any = None,
-        sensor: Sensor | str | os.PathLike | None = None,
+        sensor: AnySensor | Sequence[AnySensor] | None = None,
         temperature_error: float = 0.0,
         sky_error: float = 0.0,
+        amplification_limit: float = 10.0,
     ) -> xr.Dataset:
         """Emissivity and radiance with their errors.
 
@@ -150,25 +152,31 @@ class Table:
             Another sky: its temperature, K, or a file of its radiance.
         atmosphere : path, optional
             Another atmosphere between target and sensor: a file.
-        sensor : Sensor, str or path, optional
-            Give the bands of a sensor in place of wavelengths.
+        sensor : Sensor, str or path, or a list of them, optional
+            Give the bands of sensors in place of wavelengths: ``"aster"``, ``"aster,ecostress"``,
+            or a file of responses.
         temperature_error : float
             Standard error of the target's temperature for Eq. 2, K.
         sky_error : float
             Standard error of the sky's radiance for Eq. 2, as a share of it.
+        amplification_limit : float
+            Mask bands in which Eq. 2 amplifies errors more than this.
 
         Returns
         -------
         xarray.Dataset
             By ``wavelength``, um, the variables of ``signature.nc``: emissivity without a unit,
             radiance in W m-2 sr-1 um-1, temperatures in K; errors are named by the attribute
-            ``ancillary_variables``. With a sensor by ``band``.
+            ``ancillary_variables``. With sensors by ``band``, in the order of the sensors and of
+            their bands: emissivity, radiance and brightness temperature with their total errors;
+            ``sensor`` and ``centre_um`` are coordinates.
         """
         table = self._changed(spectra, temperature, sky, atmosphere)
         if sensor is not None:
-            return _in_bands(table, sensor if isinstance(sensor, Sensor) else Sensor(sensor))
+            return _in_bands(table, _sensors(sensor))
         um = self._wavelengths(wavelength)
-        return _dataset(*table.signature(um.tolist(), temperature_error, sky_error))
+        errors = temperature_error, sky_error, amplification_limit
+        return _dataset(*table.signature(um.tolist(), *errors))
 
     def write(self, *files: str | os.PathLike) -> None:
         """Write the table, or those of all packings, as JSON."""
@@ -231,9 +239,17 @@ _OF_BANDS = (
 )
 
 
-def _in_bands(table: _soilsig.Table, sensor: Sensor) -> xr.Dataset:
-    bands = table.in_bands(sensor._of)
-    numbers = np.array([band[2] for band in bands]).reshape(len(bands), 2 * len(_OF_BANDS))
+def _sensors(given: AnySensor | Sequence[AnySensor]) -> list[Sensor]:
+    if isinstance(given, str):
+        given = given.split(",")
+    elif isinstance(given, (Sensor, os.PathLike)):
+        given = [given]
+    return [one if isinstance(one, Sensor) else Sensor(one) for one in given]
+
+
+def _in_bands(table: _soilsig.Table, sensors: list[Sensor]) -> xr.Dataset:
+    bands = [(sensor.name, *band) for sensor in sensors for band in table.in_bands(sensor._of)]
+    numbers = np.array([band[3] for band in bands]).reshape(len(bands), 2 * len(_OF_BANDS))
     data = {}
     for i, (name, meaning, units) in enumerate(_OF_BANDS):
         for unit in ("_w_m2_sr_um", "_k", ""):
@@ -244,8 +260,13 @@ def _in_bands(table: _soilsig.Table, sensor: Sensor) -> xr.Dataset:
         data[name] = xr.Variable("band", numbers[:, 2 * i], attributes)
         attributes = {"long_name": f"total half-width of {name}", "units": units}
         data[error] = xr.Variable("band", numbers[:, 2 * i + 1], attributes)
-    data["valid"] = xr.Variable("band", [band[3] for band in bands])
-    centres = xr.Variable("band", [band[1] for band in bands], WAVELENGTH)
-    coordinates = {"band": [band[0] for band in bands], "centre_um": centres}
-    attributes = {"Conventions": "CF-1.11", "sensor": sensor.name, "bands_from": sensor.source}
-    return xr.Dataset(data, coordinates, attributes)
+    data["valid"] = xr.Variable("band", [band[4] for band in bands])
+    coordinates = {
+        "band": [band[1] for band in bands],
+        "sensor": xr.Variable("band", [band[0] for band in bands]),
+        "centre_um": xr.Variable("band", [band[2] for band in bands], WAVELENGTH),
+    }
+    sources = dict.fromkeys(f"{sensor.name}: {sensor.source}" for sensor in sensors)
+    return xr.Dataset(
+        data, coordinates, {"Conventions": "CF-1.11", "bands_from": "; ".join(sources)}
+    )

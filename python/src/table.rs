@@ -157,17 +157,21 @@ impl Table {
     }
 
     /// The signature, as `signature.nc` has it.
-    #[pyo3(signature = (wavelengths_um, temperature_error_k=0.0, sky_error=0.0))]
+    #[pyo3(signature = (
+        wavelengths_um, temperature_error_k=0.0, sky_error=0.0, amplification_limit=10.0
+    ))]
     fn signature<'py>(
         &self,
         py: Python<'py>,
         wavelengths_um: Vec<f64>,
         temperature_error_k: f64,
         sky_error: f64,
+        amplification_limit: f64,
     ) -> PyResult<Signature<'py>> {
         let table = &self.0[0];
         let temperature = Temperature { error_k: temperature_error_k, ..table.temperature() };
-        let assumed = Assumed { downwelling_error: sky_error, ..Assumed::EXACT };
+        let assumed =
+            Assumed { downwelling_error: sky_error, amplification_limit, ..Assumed::EXACT };
         let variables = py.detach(|| {
             let bands = signature::evaluate(&self.0, &wavelengths_um)?;
             let budget = Budget::new(&self.0, &bands)?;

@@ -151,13 +151,16 @@ fn of_sensors(args: &Args, tables: &[Table], context: &Context) -> Outcome {
             missed.join(", ")
         ));
     }
-    let csv = in_bands::csv_text(&seen);
     if let Some(path) = &args.out {
-        output::bytes(path, csv.as_bytes())?;
+        let result = match &*ending(path) {
+            "nc" => signature::netcdf::bytes_in_bands(&tables[0], &seen),
+            _ => in_bands::csv_text(&seen).into_bytes(),
+        };
+        output::bytes(path, &result)?;
         context.print(&terminal::in_bands(&seen))?;
         context.print(&format!("result in {}\n", path.display()))?;
     } else {
-        context.print(&csv)?;
+        context.print(&in_bands::csv_text(&seen))?;
     }
     Ok(None)
 }

@@ -239,6 +239,9 @@ impl Difference {
     /// The answer, in lines.
     pub fn in_words(&self, [a, b]: [&str; 2]) -> String {
         let number = self.bands.len();
+        if self.bands.iter().all(|band| band.difference.abs() <= ROUNDING) {
+            return format!("{a} and {b} are the same in {number} bands\nthey agree\n");
+        }
         let mut text = format!("{b} less {a}, {number} bands: {}\n", self.in_short());
         if let Some(band) = self.farthest() {
             let within = self.bands.iter().filter(|band| band.z.is_some_and(|z| z.abs() <= 1.96));

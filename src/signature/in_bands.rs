@@ -44,7 +44,7 @@ pub struct Seen {
 /// The columns, with their meanings.
 pub(crate) const COLUMNS: [(&str, &str); 10] = [
     ("sensor", "Sensor."),
-    ("band", "Its name of the band."),
+    ("band", "Name of the band."),
     ("centre_um", "Centroid of the response."),
     ("emissivity", "Emissivity, weighted by the response; empty where spectra miss the band."),
     ("emissivity_half_width_95", "Its total half-width: 95 % interval and bounds of the budget."),
@@ -149,30 +149,30 @@ fn temperature(centre_um: f64, l: f64, at: Mean) -> Option<f64> {
     Some(k)
 }
 
-/// The bands of sensors as CSV.
-pub fn csv_text(bands: &[InBand]) -> String {
-    let mut csv = Csv::new(&COLUMNS.map(|(heading, _)| heading));
-    for band in bands {
-        let seen = band.seen.as_ref();
+impl InBand {
+    /// The values of the columns behind the names.
+    pub(crate) fn numbers(&self) -> [Option<f64>; COLUMNS.len() - 2] {
         let pair = |of: fn(&Seen) -> Option<[f64; 2]>| {
-            let pair = seen.and_then(of);
-            [0, 1].map(|i| decimals(pair.map(|pair| pair[i])))
+            let pair = self.seen.as_ref().and_then(of);
+            [0, 1].map(|i| pair.map(|pair| pair[i]))
         };
         let [emissivity, of_emissivity] = pair(|seen| Some(seen.emissivity));
         let [l, of_l] = pair(|seen| Some(seen.l_sensor));
         let [k, of_k] = pair(|seen| seen.brightness_temperature_k);
-        csv.row([
-            band.sensor.clone(),
-            band.band.clone(),
-            format!("{:.4}", band.centre_um),
-            emissivity,
-            of_emissivity,
-            l,
-            of_l,
-            k,
-            of_k,
-            seen.map_or_else(String::new, |seen| u8::from(seen.valid).to_string()),
-        ]);
+        let valid = self.seen.map(|seen| f64::from(u8::from(seen.valid)));
+        [Some(self.centre_um), emissivity, of_emissivity, l, of_l, k, of_k, valid]
+    }
+}
+
+/// The bands of sensors as CSV.
+pub fn csv_text(bands: &[InBand]) -> String {
+    let mut csv = Csv::new(&COLUMNS.map(|(heading, _)| heading));
+    for band in bands {
+        let [centre, values @ .., valid] = band.numbers();
+        let names = [band.sensor.clone(), band.band.clone()];
+        let centre = format!("{:.4}", centre.expect("every band has one"));
+        let valid = valid.map_or_else(String::new, |valid| valid.to_string());
+        csv.row(names.into_iter().chain([centre]).chain(values.map(decimals)).chain([valid]));
     }
     csv.text()
 }

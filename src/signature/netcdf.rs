@@ -9,6 +9,7 @@ use netcdf3::{DataSet, FileWriter, InvalidDataSet, Version, WriteError};
 use super::Band;
 use super::budget::Budget;
 use super::csv;
+use super::in_bands::{self, InBand};
 use crate::radiometry::{Assumed, Temperature};
 use crate::table::Table;
 
@@ -177,6 +178,78 @@ fn written(table: &Table, um: &[f64], variables: &[Variable]) -> Result<Vec<u8>,
     }
     Ok(memory.bytes())
 }
+
+/// What sensors see, as the bytes of a file. The band is the dimension of its variables; the names
+/// of sensor and band are coordinates.
+pub fn bytes_in_bands(table: &Table, seen: &[InBand]) -> Vec<u8> {
+    written_in_bands(table, seen).expect("names and sizes are valid, and memory does not fail")
+}
+
+fn written_in_bands(table: &Table, seen: &[InBand]) -> Result<Vec<u8>, Failed> {
+    const COORDINATES: &str = "sensor band_name centre_um";
+    let mut set = DataSet::new();
+    set.add_fixed_dim(BAND, seen.len())?;
+    let (texts, numbers) = attributes(table);
+    for (key, text) in texts {
+        set.add_global_attr_string(key, &text)?;
+    }
+    for (key, number) in numbers {
+        set.add_global_attr_f64(key, vec![number])?;
+    }
+    let names = [
+        ("sensor", "sensor_length", seen.iter().map(|band| &*band.sensor).collect::<Vec<_>>()),
+        ("band_name", "band_name_length", seen.iter().map(|band| &*band.band).collect()),
+    ];
+    for (name, length, words) in &names {
+        set.add_fixed_dim(length, words.iter().map(|word| word.len()).max().unwrap_or(0).max(1))?;
+        set.add_var_u8(name, &[BAND, length])?;
+    }
+    let values: Vec<_> = seen.iter().map(InBand::numbers).collect();
+    let column = |(i, &(name, meaning)): (usize, &(&'static str, &'static str))| {
+        let values = values.iter().map(|band| band[i].unwrap_or(FILL));
+        (name, meaning, values.collect::<Vec<f64>>())
+    };
+    let numbers = in_bands::COLUMNS.iter().skip(names.len()).enumerate().map(column);
+    let numbers: Vec<_> = numbers.collect();
+    for (name, meaning, _) in &numbers {
+        set.add_var_f64(name, &[BAND])?;
+        set.add_var_attr_string(name, "long_name", meaning.trim_end_matches('.'))?;
+        if *name == "centre_um" {
+            set.add_var_attr_string(name, "standard_name", "radiation_wavelength")?;
+            set.add_var_attr_string(name, "units", "um")?;
+            continue;
+        }
+        let unit = UNITS.iter().find(|(suffix, _)| name.ends_with(suffix));
+        set.add_var_attr_string(name, "units", unit.map_or("1", |(_, unit)| unit))?;
+        set.add_var_attr_f64(name, "_FillValue", vec![FILL])?;
+        set.add_var_attr_string(name, "coordinates", COORDINATES)?;
+        let error = format!("{}_half_width_95", stem(name));
+        if let Some((error, ..)) = numbers.iter().find(|(of, ..)| of.starts_with(&error)) {
+            set.add_var_attr_string(name, "ancillary_variables", error)?;
+        }
+    }
+    let memory = Memory::default();
+    {
+        let mut writer = FileWriter::open_seek_write("bands", Box::new(memory.clone()))?;
+        writer.set_def(&set, Version::Classic, 0)?;
+        for (name, length, words) in &names {
+            let width = set.dim_size(length).unwrap_or(1);
+            let padded = |word: &&str| {
+                let mut letters = word.as_bytes().to_vec();
+                letters.resize(width, 0);
+                letters
+            };
+            writer.write_var_u8(name, &words.iter().flat_map(padded).collect::<Vec<u8>>())?;
+        }
+        for (name, _, values) in &numbers {
+            writer.write_var_f64(name, values)?;
+        }
+        writer.close()?;
+    }
+    Ok(memory.bytes())
+}
+
+const BAND: &str = "band";
 
 pub(crate) const WAVELENGTH: &str = "wavelength";
 

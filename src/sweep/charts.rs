@@ -75,7 +75,12 @@ impl Charts<'_> {
     }
 
     fn words(&self, axis: usize) -> Vec<String> {
-        self.points.axes[axis].iter().map(|place| shown(&place.value)).collect()
+        // Ranges have numbers of twelve digits.
+        let word = |value: &Value| match value.as_f64() {
+            Some(number) => format!("{number:.4e}").parse::<f64>().expect("a number").to_string(),
+            None => shown(value),
+        };
+        self.points.axes[axis].iter().map(|place| word(&place.value)).collect()
     }
 
     /// The point at some places, one for each dimension.
@@ -105,8 +110,8 @@ impl Charts<'_> {
                 columns.iter().flat_map(|c| (0..words.len()).map(move |place| with(c, place)));
             columns = all.collect();
         }
-        columns.truncate(MOST_COLUMNS);
-        columns.into_iter().map(|(places, texts)| (places, texts.join(", "))).collect()
+        let shown = chosen(columns.len(), MOST_COLUMNS).into_iter().map(|i| &columns[i]);
+        shown.map(|(places, texts)| (places.clone(), texts.join(", "))).collect()
     }
 
     /// Labels of the colours.
@@ -114,11 +119,12 @@ impl Charts<'_> {
         let Some(d) = colours else { return Vec::new() };
         let axis = self.points.dimensions[d].axes[0];
         let name = &self.study.axes[axis].name;
-        self.words(axis).iter().take(MOST_CURVES).map(|word| format!("{name} {word}")).collect()
+        let words = self.words(axis);
+        let shown = chosen(words.len(), MOST_CURVES).into_iter();
+        shown.map(|place| format!("{name} {}", words[place])).collect()
     }
 
-    fn caption(&self, x: usize) -> Vec<String> {
-        let (colours, columns) = self.others(x);
+    fn caption(&self, colours: Option<usize>, columns: &[usize]) -> Vec<String> {
         let dims = &self.points.dimensions;
         let wanted: usize = columns.iter().map(|&d| dims[d].len).product();
         let mut caption = vec![MEANING.to_owned()];
@@ -132,8 +138,8 @@ impl Charts<'_> {
         let all = self.over();
         let Some(first) = all.first() else { return self.without_axes() };
         let (colours, in_columns) = self.others(first.dimension);
-        let number_of_colours =
-            colours.map_or(1, |d| self.points.dimensions[d].len.min(MOST_CURVES));
+        let of_colours =
+            colours.map_or(vec![0], |d| chosen(self.points.dimensions[d].len, MOST_CURVES));
         let row = |(w, window): (usize, &String)| {
             let quantity = format!("Emissivity, {}", window.replace('_', " "));
             let charts = all.iter().take(MOST_COLUMNS).flat_map(|over| {
@@ -145,8 +151,11 @@ impl Charts<'_> {
                         Some(_) => Vec::new(),
                         None => self.words(over.axis),
                     },
-                    series: (0..number_of_colours)
-                        .map(|colour| self.series(over, &fixed, colours, colour, w))
+                    series: (0..of_colours.len())
+                        .map(|colour| {
+                            let place = colours.map(|d| (d, of_colours[colour]));
+                            self.series(over, &[&fixed[..], place.as_slice()].concat(), colour, w)
+                        })
                         .collect(),
                 };
                 let columns = if all.len() > 1 { vec![] } else { in_columns.clone() };
@@ -156,7 +165,7 @@ impl Charts<'_> {
         };
         SmallCharts {
             title: self.study.title().to_owned(),
-            caption: self.caption(first.dimension),
+            caption: self.caption(colours, &in_columns),
             labels: self.labels(colours),
             rows: self.results.windows.iter().enumerate().map(row).collect(),
         }
@@ -176,16 +185,12 @@ impl Charts<'_> {
         &self,
         over: &Over,
         fixed: &[(usize, usize)],
-        colours: Option<usize>,
         colour: usize,
         window: usize,
     ) -> Series {
         let mut places = vec![0; self.points.dimensions.len()];
         for &(d, place) in fixed {
             places[d] = place;
-        }
-        if let Some(d) = colours {
-            places[d] = colour;
         }
         let numbers = self.numbers(over.axis);
         let mut points: Vec<[f64; 3]> = Vec::new();
@@ -220,29 +225,29 @@ impl Charts<'_> {
         };
         let (first, others) = self.others(x);
         let in_columns: Vec<usize> = first.into_iter().chain(others).collect();
+        let of_colours = over.as_ref().map_or(vec![0], |_| chosen(dims[x].len, MOST_CURVES));
         let curve = |fixed: &[(usize, usize)], colour: usize| {
             let mut places = vec![0; dims.len()];
             for &(d, place) in fixed {
                 places[d] = place;
             }
             if over.is_some() {
-                places[x] = colour;
+                places[x] = of_colours[colour];
             }
             let result = self.results.points[self.point(&places)].as_ref()?;
             Some(Series { colour, points: self.curve(result), drawn: Drawing::Curve })
         };
-        let number = labels.len().max(1);
         let chart = |(fixed, title): (Vec<(usize, usize)>, String)| SmallChart {
             title,
             names: ["Wavelength (µm)".into(), "Emissivity".into()],
             log: false,
             words: Vec::new(),
-            series: (0..number).filter_map(|colour| curve(&fixed, colour)).collect(),
+            series: (0..of_colours.len()).filter_map(|colour| curve(&fixed, colour)).collect(),
         };
         let columns = self.columns(&in_columns).into_iter().map(chart).collect::<Vec<_>>();
         Some(SmallCharts {
             title: self.study.title().to_owned(),
-            caption: self.caption(x),
+            caption: self.caption(over.map(|_| x), &in_columns),
             labels,
             rows: columns.chunks(2).map(<[SmallChart]>::to_vec).collect(),
         })
@@ -254,11 +259,32 @@ impl Charts<'_> {
     }
 }
 
+/// As many of some places as are shown, equally spaced from the first to the last.
+fn chosen(number: usize, most: usize) -> Vec<usize> {
+    if number <= most {
+        return (0..number).collect();
+    }
+    (0..most).map(|i| (2 * i * (number - 1) + most - 1) / (2 * (most - 1))).collect()
+}
+
 /// Values as a list in a text.
 pub(super) fn listed(values: impl Iterator<Item = Value>) -> String {
     let all: Vec<String> = values.map(|value| shown(&value)).collect();
     match all.len() {
         0..=8 => all.join(", "),
         n => format!("{}, ..., {} ({n})", all[..3].join(", "), all[n - 1]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_that_are_shown_lie_over_the_whole_axis() {
+        assert_eq!(chosen(3, 7), [0, 1, 2]);
+        assert_eq!(chosen(7, 7), [0, 1, 2, 3, 4, 5, 6]);
+        assert_eq!(chosen(8, 7), [0, 1, 2, 4, 5, 6, 7]);
+        assert_eq!(chosen(40, 7), [0, 7, 13, 20, 26, 33, 39]);
     }
 }

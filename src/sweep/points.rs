@@ -1,5 +1,6 @@
 //! The points of a study.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use serde_json::Value;
@@ -44,7 +45,7 @@ impl Points {
     /// Of a study.
     ///
     /// # Errors
-    /// Its scene cannot be read, or there are too many points.
+    /// Its scene cannot be read, an axis has one value twice, or there are too many points.
     pub fn of(study: &Study) -> Result<Self, Error> {
         let wrong = |place: String, problem: String| {
             StudyError::from(FileError::wrong_at(&study.file, place, problem))
@@ -68,6 +69,13 @@ impl Points {
                 listed(axis)
             };
             let places = places.map_err(|problem| wrong(format!("axes[{i}]"), problem))?;
+            let twice = if axis.is_sampled() { None } else { listed_twice(&places) };
+            if let Some(value) = twice {
+                let key = if axis.values.is_some() { "values" } else { "range" };
+                return Err(
+                    wrong(format!("axes[{i}].{key}"), format!("{value} is there twice")).into()
+                );
+            }
             let len = places.len();
             axes.push(places);
             let together = dimensions.iter_mut().find(|d| axis.is_sampled() && d.name == SAMPLE);
@@ -151,6 +159,13 @@ fn listed(axis: &Axis) -> Result<Vec<Coordinate>, String> {
     let range = axis.range.expect("a checked axis has one of the three");
     let number = range.number.expect("it is not sampled");
     numbers(axis, (0..number).map(|i| range.at(i as f64 / (number - 1) as f64)))
+}
+
+/// The first value that an axis lists twice: 1 and 1.0 are the same number.
+fn listed_twice(places: &[Coordinate]) -> Option<&Value> {
+    let mut seen = BTreeSet::new();
+    let text = |value: &Value| value.as_f64().map_or_else(|| value.to_string(), |n| n.to_string());
+    places.iter().map(|place| &place.value).find(|value| !seen.insert(text(value)))
 }
 
 /// For each of some ranges the shares, 0 to 1, of all points.

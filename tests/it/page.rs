@@ -160,6 +160,43 @@ done({{ um: run.um, own, shown: run.emissivity, total: run.parts.total, moved, r
     assert!(readout.contains("µm: as traced 0.") && readout.contains(", now 0."), "{readout}");
 }
 
+/// Whether anything stands out of the page, or is cut off, on a phone, a tablet or a screen.
+#[test]
+fn nothing_stands_out_of_the_page_at_any_width() {
+    let Some(browser) = tool(Tool::Browser) else { return };
+    let place = Place::new();
+    place.run(&["pipeline", "--scene", &shipped("settled_patch.json"), "--out", "r"], 0);
+    place.run(&["report", "r", "r", "--out", "r/both.html"], 0);
+    let script = format!(
+        "{HANDS}
+if (document.getElementById('sensor')) choose('sensor', 'aster');
+document.querySelectorAll('details').forEach((details) => {{ details.open = true; }});
+const out = [];
+for (const width of [360, 800, 1180]) {{
+  main.style.width = `${{width}}px`;
+  window.dispatchEvent(new Event('resize'));
+  const edge = main.getBoundingClientRect().right + 0.5;
+  for (const element of main.querySelectorAll('*')) {{
+    // Tables of many columns may be scrolled.
+    const host = element.closest('.scroll');
+    const may = host && host.querySelectorAll('th').length > 3;
+    const {{ right, width: own }} = element.getBoundingClientRect();
+    const said = `${{width}}: ${{element.tagName}} ${{element.textContent.slice(0, 40)}}`;
+    if (own > 1 && right > edge && !(may && element !== host) && !element.closest('svg')) {{
+      out.push(said);
+    }}
+    if (host === element && !may && host.scrollWidth > host.clientWidth + 1) out.push(said);
+  }}
+}}
+done({{ out, versions: [...document.querySelectorAll('h3')].map((h) => h.textContent) }});"
+    );
+    for page in ["r/report.html", "r/both.html"] {
+        let found = in_browser(&browser, &place.path(page), &script);
+        assert_eq!(found["out"], serde_json::json!([]), "{page}");
+        assert!(!found["versions"].as_array().expect("headings").is_empty());
+    }
+}
+
 #[test]
 fn measured_spectra_are_read_from_disk() {
     let Some(browser) = tool(Tool::Browser) else { return };

@@ -21,6 +21,12 @@ fn others_read_what_we_write_to_the_last_bit() {
     to(&[&["trace", scene, "--out", "table.json", "--tolerance", "0.05"][..], &bands].concat());
     to(&[&["signature", "table.json", "--out", "signature.csv"][..], &bands].concat());
     to(&[&["signature", "table.json", "--out", "signature.nc"][..], &bands].concat());
+    // modis 32 lies beyond the spectra.
+    place.write("short.csv", "7.4,0.9\n11.5,0.9\n");
+    let sensors = ["--sensor", "aster,modis", "--spectrum", "fine=short.csv"];
+    for out in ["bands.csv", "bands.nc"] {
+        to(&[&["signature", "table.json", "--out", out][..], &sensors].concat());
+    }
     to(&[&["spectra", "convert", "quartz_fine", "--out", "library.sli"][..], &bands].concat());
     to(&[&["spectra", "convert", "quartz_fine", "--out", "library.csv"][..], &bands].concat());
     // What we read ourselves, for the others to compare with: band by band, line by line.

@@ -226,6 +226,12 @@ fn a_study_that_cannot_be_done_is_refused_before_any_work() {
     let twice = json!({"name": "again", "key": "view.zenith_deg", "values": [10]});
     refused(&|study| study["axes"][1] = twice.clone());
     refused(&|study| study["axes"][1]["key"] = json!(5));
+    let listed =
+        |values: Value| json!({"name": "zenith", "key": "view.zenith_deg", "values": values});
+    refused(&|study| study["axes"][0] = listed(json!([10, 20, 10.0])));
+    refused(&|study| {
+        study["axes"][0]["range"] = json!({"from": 0, "to": 2, "number": 4, "whole": true});
+    });
     assert!(!place.path("out/beds").exists());
     assert_snapshot!(told);
 }

@@ -53,6 +53,19 @@ def test_other_spectra_temperatures_and_skies_are_those_of_the_command_line(
         np.testing.assert_allclose(emissivity, found.emissivity, atol=1e-14)
 
 
+def test_bands_that_amplify_errors_are_masked_as_on_the_command_line(table, program, tmp_path):
+    out = tmp_path / "s.csv"
+    light = ["--sky", 290, "--amplification-limit", 4, "--range", "8-12", "--step", "0.5"]
+    program("signature", table.file, "--out", out, *light)
+    lines = [line.split(",") for line in out.read_text().splitlines()]
+    column = lines[0].index("emissivity_eq2")
+    written = np.array([float(line[column] or "nan") for line in lines[1:]])
+    found = table.signature(sky=290, amplification_limit=4)["emissivity_eq2"]
+    assert np.isnan(written).sum() > 0
+    assert np.isfinite(table.signature(sky=290, amplification_limit=1e3)["emissivity_eq2"]).all()
+    np.testing.assert_allclose(found, written, rtol=1e-5, atol=5.1e-8)
+
+
 def test_an_evaluation_takes_a_millisecond(table):
     spectrum = soilsig.Spectrum(0.9)
     times = []
@@ -92,7 +105,13 @@ def test_a_sensor_sees_what_it_sees_on_the_command_line(table, program, tmp_path
     for name in ["emissivity", "l_sensor_w_m2_sr_um", "brightness_temperature_half_width_95_k"]:
         written = [float(row[heading.index(name)]) for row in rows]
         np.testing.assert_allclose(seen[name], written, rtol=1e-5, atol=5.1e-8)
+    assert set(seen.sensor.values) == {"aster"}
     aster = soilsig.sensor("aster")
+    several = table.signature(sensor=[aster, "landsat-tirs"])
+    xr.testing.assert_identical(several, table.signature(sensor="aster,landsat-tirs"))
+    assert several.band.values.tolist() == [*seen.band.values.tolist(), "10", "11"]
+    assert several.sensor.values.tolist() == ["aster"] * 5 + ["landsat-tirs"] * 2
+    assert several.emissivity.values[:5].tolist() == seen.emissivity.values.tolist()
     assert aster.bands[0].name == "10" and aster.bands[0].centre_um == pytest.approx(8.3)
     assert "Yamaguchi" in aster.source
 

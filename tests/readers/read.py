@@ -76,3 +76,22 @@ assert {"emissivity_standard_error", "emissivity_total_half_width_95", "budget_f
 )
 assert all(error in curves for error in errors)
 assert curves.l_target_w_m2_sr_um.attrs["ancillary_variables"] in curves
+
+# Names are words, bands in the order of the sensors; two bands are missing in both.
+bands = pd.read_csv("bands.csv", dtype={"band": str})
+seen = xr.open_dataset("bands.nc")
+assert seen.sizes == {"band": 9}
+assert (
+    seen.sensor.astype(str).values.tolist()
+    == bands.sensor.tolist()
+    == ["aster"] * 5 + ["modis"] * 4
+)
+assert seen.band_name.astype(str).values.tolist() == bands.band.tolist()
+assert set(seen.emissivity.coords) == {"sensor", "band_name", "centre_um"}
+for name in bands.columns.drop(["sensor", "band"]):
+    of = 5.1e-5 if name == "centre_um" else 5.1e-8
+    assert np.allclose(seen[name], bands[name], rtol=0, atol=of, equal_nan=True), name
+assert bands.band[bands.emissivity.isna()].tolist() == ["14", "32"]
+for name, unit in [("emissivity", "1"), ("l_sensor_w_m2_sr_um", "W m-2 sr-1 um-1")]:
+    assert seen[name].attrs["units"] == unit and seen[name].attrs["ancillary_variables"] in seen
+assert seen.brightness_temperature_k.attrs["units"] == "K"

@@ -44,7 +44,11 @@ rule results:
         program=rules.program.output.program,
         parts=expand(f"{WORK}/{{part}}.done", part=range(1, PARTS + 1)),
     output:
-        expand("{out}/{file}", out=OUT, file=RESULTS),
+        [
+            report(f"{OUT}/{file}", caption=f"../report/{text}.rst", category="Results")
+            for file, text in SHOWN.items()
+        ],
+        [f"{OUT}/{file}" for file in RESULTS if file not in SHOWN],
     log:
         f"{WORK}/results.log",
     params:

@@ -35,6 +35,11 @@ impl Curve {
         }
     }
 
+    /// Whether there is a band about it.
+    pub(super) fn has_band(&self) -> bool {
+        self.half_width.iter().any(|&half_width| half_width > 0.0)
+    }
+
     /// Checks that the curve can be drawn.
     pub(super) fn check(&self) -> Result<(), PlotError> {
         let Curve { label, wavelength_um, emissivity, half_width, of_rays, .. } = self;

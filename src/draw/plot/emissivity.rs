@@ -39,7 +39,7 @@ pub fn emissivity_svg(chart: &Chart) -> Result<String, PlotError> {
     chart.curves.iter().try_for_each(Curve::check)?;
     let wavelengths = span(chart.curves.iter().flat_map(|c| &c.wavelength_um).copied());
     let wavelengths = wavelengths.ok_or(PlotError::Empty)?;
-    let bands = chart.curves.iter().flat_map(|c| &c.half_width).any(|&h| h > 0.0);
+    let bands: Vec<bool> = chart.curves.iter().map(Curve::has_band).collect();
     let found = |c: &Curve| features(&c.wavelength_um, &c.emissivity, &c.windows);
     let with_extrema = chart.curves.iter().map(found).filter(|f| f.extrema().next().is_some());
     let minerals: BTreeSet<String> = with_extrema.filter_map(|found| found.mineral).collect();
@@ -47,7 +47,7 @@ pub fn emissivity_svg(chart: &Chart) -> Result<String, PlotError> {
         .then(|| format!("Circles: extrema of {}.", Vec::from_iter(minerals).join(", ")));
     let rays = chart.curves.iter().any(|curve| !curve.of_rays.is_empty());
     let key = [
-        bands.then_some(if rays {
+        bands.contains(&true).then_some(if rays {
             "Shaded bands: total uncertainty at 95 %; darker: the rays' own."
         } else {
             "Shaded bands: uncertainty at 95 %."

@@ -39,7 +39,7 @@ pub fn fit_svg(chart: &FitChart) -> Result<String, PlotError> {
     let mut page = Page::new(Layout {
         title: &chart.title,
         labels: chart.curves.iter().map(|c| c.label.as_str()).collect(),
-        bands: true,
+        bands: chart.curves.iter().map(Curve::has_band).collect(),
         plot_height: FIT_HEIGHT + GAP + RESIDUAL_HEIGHT,
         above: 14.0,
         caption: &chart.caption,

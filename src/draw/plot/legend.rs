@@ -78,12 +78,12 @@ impl Legend {
         self.entries.last().map_or(0.0, |entry| Self::ROW * (entry.row + 1) as f64)
     }
 
-    /// Draws samples of the lines, with their bands if the chart has any, and the labels.
-    pub(crate) fn draw(&self, svg: &mut Svg, top: f64, bands: bool) {
+    /// Draws samples of the lines, those of curves with a band on theirs, and the labels.
+    pub(crate) fn draw(&self, svg: &mut Svg, top: f64, with_band: impl Fn(usize) -> bool) {
         for Entry { curve, row, left, text } in &self.entries {
             let baseline = top + 13.0 + Self::ROW * *row as f64;
             let (pen, middle) = (Pen::of(*curve), baseline - 4.3);
-            if bands {
+            if with_band(*curve) {
                 svg.rectangle((*left, middle - 4.0), (Self::SAMPLE, 8.0), &pen.band());
             }
             svg.line(&[(*left, middle), (left + Self::SAMPLE, middle)], &pen.line());

@@ -20,8 +20,8 @@ pub(crate) struct Layout<'a> {
     pub title: &'a str,
     /// Labels of the curves.
     pub labels: Vec<&'a str>,
-    /// Whether the legend shows error bands.
-    pub bands: bool,
+    /// The curves that have error bands: the legend shows them.
+    pub bands: Vec<bool>,
     pub plot_height: f64,
     /// Room between legend and axes.
     pub above: f64,
@@ -53,7 +53,7 @@ impl Page {
             let at = (LEFT, TOP + 16.0 + TITLE.1 * i as f64);
             svg.text(at, Anchor::Start, TITLE.0, line);
         }
-        legend.draw(&mut svg, legend_top, layout.bands);
+        legend.draw(&mut svg, legend_top, |curve| layout.bands.get(curve) == Some(&true));
         for (i, line) in caption.iter().enumerate() {
             let at = (LEFT, caption_top + CAPTION.1 * i as f64);
             svg.styled_text(at, Anchor::Start, CAPTION.0, line, "fill='#555555'");

@@ -80,7 +80,7 @@ pub fn small_charts_svg(of: &SmallCharts) -> String {
     for (i, line) in title.iter().enumerate() {
         svg.text((EDGE, 26.0 + 21.0 * i as f64), Anchor::Start, 16.0, line);
     }
-    legend.draw(&mut svg, 14.0 + 21.0 * title.len() as f64, false);
+    legend.draw(&mut svg, 14.0 + 21.0 * title.len() as f64, |_| false);
     for (r, row) in of.rows.iter().enumerate() {
         let is_alike = |c: &&SmallChart| row.first().is_some_and(|f| f.names[1] == c.names[1]);
         let alike = of.rows.iter().flatten().filter(is_alike);

@@ -207,9 +207,14 @@ fn windows(r: &Reached) -> BTreeMap<String, String> {
     let of = |window: &crate::signature::Window| {
         let [mean, width] = [window.emissivity, window.half_width_95]
             .map(|x| terminal::number(x, window.half_width_95));
-        (typeset(&terminal::span(window)), format!("{mean} ± {width}"))
+        (span(window), format!("{mean} ± {width}"))
     };
     r.windows.iter().map(of).collect()
+}
+
+/// The wavelengths of a window, which is its name.
+pub(super) fn span(window: &crate::signature::Window) -> String {
+    typeset(&terminal::span(window))
 }
 
 /// What the total does not hold, in the widest band.

@@ -170,9 +170,14 @@ function curveOf(run) {
     whatIf.build(controls);
     const result = h('div', {}, bandsHost, h('p', {}, 'The same with its uncertainty:'), command,
       error);
-    whole.append(h('h2', {}, 'What if'), h('p', { class: 'quiet no-print' },
+    // On paper only what was changed.
+    const asked = h('div', {}, h('h2', {}, 'What if'), h('p', { class: 'quiet no-print' },
       'Paths are not traced again: the bounce table gives the bed for any spectra.'),
     controls, h('div', { class: 'columns picture-first' }, falseColour?.element(), result));
+    window.addEventListener('beforeprint', () =>
+      asked.classList.toggle('no-print', !whatIf.isChanged && !whatIf.sensor));
+    window.addEventListener('afterprint', () => asked.classList.remove('no-print'));
+    whole.append(asked);
   } else if (run.no_sliders) {
     section('What if', h('p', {}, run.no_sliders));
   }

@@ -103,7 +103,7 @@ pub fn html(title: &str, runs: &[Run]) -> String {
         title,
         answer: if alone { data[0].answer.clone() } else { compared(runs) },
         version: env!("CARGO_PKG_VERSION"),
-        windows: data[0].windows.keys().cloned().collect(),
+        windows: runs[0].report.reached.windows.iter().map(data::span).collect(),
         runs: data,
         spectra: if alone { Choice::all(&um) } else { Vec::new() },
         sensors: if alone { sensors() } else { Vec::new() },
@@ -201,5 +201,5 @@ fn sentence(line: &str) -> String {
 
 /// Signs of print in place of those of a terminal.
 fn typeset(text: &str) -> String {
-    text.replace("+- ", "± ").replace(" um", " µm")
+    text.replace("+-", "±").replace(" um", " µm")
 }

@@ -95,7 +95,7 @@ class WhatIf {
     };
     const materials = run.table.materials.map((material, m) => {
       const id = `spectrum-${m}`;
-      const options = [['own', `as in the run: ${material.spectrum}`]]
+      const options = [['own', `${material.spectrum} (as in the run)`]]
         .concat(page.spectra.map((spectrum, i) => [`shipped ${i}`, spectrum.name]))
         .concat([['constant', 'the same at every wavelength']])
         .concat(this.measured.map((file, i) => [`file ${i}`, file.name]));
@@ -134,8 +134,7 @@ class WhatIf {
     const end = h('fieldset', {}, h('legend', {}, 'Sensor'), row('bands', 'sensor', sensor));
     const reset = h('button', { type: 'button', id: 'reset', onclick: () => this.reset() },
       'Back to the run');
-    const others = h('div', {}, thermal, end, reset);
-    host.replaceChildren(h('div', { class: 'columns' }, materials, others));
+    host.replaceChildren(h('div', { class: 'columns' }, materials, thermal, h('div', {}, end, reset)));
   }
 }
 

@@ -53,25 +53,34 @@ function pictures(run) {
 function provenance(run) {
   const { record } = run;
   if (!record) return;
-  const hashes = (files) => Object.entries(files).map(([path, value]) =>
-    h('tr', {}, h('td', {}, path), h('td', { class: 'hash' }, h('code', {}, value))));
-  const named = (of) => tableOf(['', ''], Object.entries(of));
+  // What is named by a hash stands with the other hashes.
+  const isHash = ([, value]) => /^[0-9a-f]{64}$/.test(value);
+  const versions = Object.entries(record.versions);
+  const hashes = (files) => files.map(([path, value]) => h('tr', {},
+    h('td', { class: 'text' }, path), h('td', { class: 'text' }, h('code', {}, value))));
+  const named = (of) => h('table', {}, of.map(([name, value]) =>
+    h('tr', {}, h('td', {}, name), h('td', { class: 'text' }, String(value)))));
   const stages = record.stages.map((stage) =>
     [stage.name, `${stage.seconds.toFixed(2)} s`, stage.cached ? 'from the cache' : '']);
   section('Provenance',
     h('p', {}, 'The command:'), h('pre', {}, record.command.join(' ')),
     h('p', { class: 'quiet' }, 'soilsig replay run.json repeats it and compares the results.'),
     h('div', { class: 'columns' },
-      h('div', {}, h('h3', {}, 'Versions'), named(record.versions)),
-      h('div', {}, h('h3', {}, 'Seeds'), named(record.seeds)),
+      h('div', {}, h('h3', {}, 'Versions'), named(versions.filter((one) => !isHash(one)))),
+      h('div', {}, h('h3', {}, 'Seeds'), named(Object.entries(record.seeds))),
       h('div', {}, h('h3', {}, 'Stages'), tableOf(['stage', 'time', ''], stages))),
     h('details', {}, h('summary', {}, 'SHA-256 of what was read and written'),
-      h('div', { class: 'scroll' },
-        h('table', {}, hashes(record.inputs), hashes(record.outputs)))));
+      h('div', { class: 'scroll files' }, h('table', {}, hashes(versions.filter(isHash)),
+        hashes(Object.entries(record.inputs)), hashes(Object.entries(record.outputs))))));
 }
 
 function filesOf(run) {
   if (!run.files.length) return;
-  section('Files', h('ul', {}, run.files.map(([file, text]) =>
-    h('li', {}, h('a', { href: encodeURI(file) }, file), text ? `: ${text}` : ''))));
+  const links = (files) => h('ul', {}, files.map(([file, text]) =>
+    h('li', {}, h('a', { href: encodeURI(file) }, file), text ? `: ${text}` : '')));
+  const ofBeds = run.files.filter(([file]) => file.startsWith('packings/'));
+  const others = run.files.filter((one) => !ofBeds.includes(one));
+  section('Files', links(others), ofBeds.length ? h('details', {},
+    h('summary', {}, `Files of single beds (${ofBeds.length})`), links(ofBeds)) : null)
+    .classList.add('no-print');
 }

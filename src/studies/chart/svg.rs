@@ -54,7 +54,7 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
     let mut page = Page::new(Layout {
         title: &format!("Error against time: {}", trade.scene),
         labels: levels.iter().map(|(name, _)| name.as_str()).collect(),
-        bands: false,
+        bands: Vec::new(),
         plot_height: 400.0,
         above: 14.0,
         caption: &caption,
