@@ -186,7 +186,7 @@ fn a_word_or_sign_that_changes_a_quantity_makes_it_unclear() {
         "# standard deviation of the reflectance\n",
         "# reflectance uncertainty (1 sigma)\n",
         "# optical depth\n",
-        "# wavl k\n",
+        "# wavl,k\n",
     ] {
         assert!(csv(&format!("{prose}{}", reflectance())).is_err(), "{prose}");
     }
