@@ -133,8 +133,7 @@ impl InBlender {
     }
 }
 
-/// Half-width of the rays where no other is asked for.
-pub const TOLERANCE: f64 = 0.005;
+pub use crate::pipeline::TOLERANCE;
 
 /// When a trace ends at the latest.
 #[derive(Args)]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::arguments::{Bands, Changes, tolerance};
 use super::{Context, Outcome};
 use crate::products::image::{self, Asked, MOST_PATHS, Made};
+use crate::report::terminal;
 use crate::support::error::Status;
 use crate::support::lock::Lock;
 use crate::support::monitor::Step;
@@ -92,7 +93,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         context.print_json(&made)?;
     } else {
         let lines = lines(&made, &asked, context.verbose);
-        let indent = format!("\n{:1$}", "", scene.name.len() + 3);
+        let indent = format!("\n{:1$}", "", scene.name.len().min(terminal::WIDEST_NAME) + 3);
         context.print(&format!("{}   {}\n", scene.name, lines.join(&indent)))?;
         let files = "radiance.img, image.nc, false_colour.png";
         context.print(&format!("result in {} ({files})\n", args.out.display()))?;

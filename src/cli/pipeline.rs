@@ -2,9 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::arguments::{
-    Bands, Changes, Enough, InBlender, TOLERANCE, absolute, number, tolerance, utf8_path,
-};
+use super::arguments::{Bands, Changes, Enough, InBlender, absolute, number, tolerance, utf8_path};
 use super::{Context, Outcome};
 use crate::histogram::estimate;
 use crate::pipeline::{self, Auto, HowMany, Options, Source};
@@ -34,8 +32,8 @@ pub struct Args {
     /// Half-width at 95 % that the total of every band is to reach, all included that can be
     /// measured: rays, beds, rim, floor, hulls, given-up paths. As many beds are dropped as that
     /// takes; some of them until their fines touch if that is needed. With --packings, or of a
-    /// placed scene, the half-width of rays and of the spread between beds [default: one bed, with
-    /// rays to 0.005]
+    /// placed scene, the half-width of rays and of the spread between beds [default: one bed,
+    /// or --packings, with rays to 0.005]
     #[arg(long, value_name = "X", value_parser = tolerance)]
     tolerance: Option<f64>,
     /// Packings (beds) to drop, in place of as many as the tolerance takes. The result of several is
@@ -105,7 +103,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
             (None, None) => HowMany::Number(1),
         },
         field: args.field,
-        tolerance: args.tolerance.unwrap_or(TOLERANCE),
+        tolerance: args.tolerance,
         max_paths: args.enough.max_paths,
         max_seconds: args.enough.max_seconds,
         grid: args.bands.grid()?,

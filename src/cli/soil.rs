@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::arguments::{Changes, utf8_path};
 use super::{Context, Outcome};
+use crate::report::terminal;
 use crate::scene::{Scene, SceneError, SoilShares};
 use crate::support::file_error::FileError;
 
@@ -43,7 +44,7 @@ fn table(soil: &SoilShares) -> String {
         soil.grains, soil.crop_um
     );
     let names = soil.components.iter().flat_map(|c| c.sizes.iter().map(|class| class.name.len()));
-    let width = names.max().unwrap_or(0).max("class".len());
+    let width = names.max().unwrap_or(0).clamp("class".len(), terminal::WIDEST_NAME);
     text += &format!("{:width$}  diameter_um  grains  {of} %  asked\n", "class");
     for component in &soil.components {
         for class in &component.sizes {

@@ -68,7 +68,7 @@ pub fn drop(options: &Options, source: &Source, best: &[f64]) -> Result<(Settled
         seed: None,
         packings: HowMany::Number(1),
         field: None,
-        tolerance: TOLERANCE,
+        tolerance: Some(TOLERANCE),
         max_paths: 1 << 26,
         max_seconds: None,
         grid,

@@ -37,7 +37,7 @@ use crate::tracer::Tracer;
 pub(crate) use bring::{Settled, file_text};
 pub use error::PipelineError;
 pub(crate) use options::target_of;
-pub use options::{Auto, HowMany, MOST_SECONDS, Options, Source};
+pub use options::{Auto, HowMany, MOST_SECONDS, Options, Source, TOLERANCE};
 pub(crate) use results::{TABLE, program};
 
 /// Runs the pipeline; all files go below `out`, which no other run may write to meanwhile.

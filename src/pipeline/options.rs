@@ -53,8 +53,8 @@ pub struct Options {
     /// Particles of the field that each packing is a patch of; `None` for mirror sides.
     pub field: Option<f64>,
     /// Half-width that every band is to reach: the total where packings are planned, else the 95 %
-    /// interval of the rays and, of several packings, of their spread.
-    pub tolerance: f64,
+    /// interval of the rays and, of several packings, of their spread. `None` for rays to 0.005.
+    pub tolerance: Option<f64>,
     /// Most paths for a packing.
     pub max_paths: u64,
     /// Longest that the trace of a packing may take, seconds.
@@ -69,6 +69,9 @@ pub struct Options {
     /// Longest that Blender may take, seconds.
     pub blender_timeout_s: u64,
 }
+
+/// Half-width of the rays where no other is asked for.
+pub const TOLERANCE: f64 = 0.005;
 
 impl Options {
     /// What is wrong with options that another hand wrote, if anything is: the command line takes
@@ -87,8 +90,8 @@ impl Options {
         }
         if let Some(n) = field.filter(|n| !(1.0..=MOST_PARTICLES).contains(n)) {
             wrong("field", &n, &format!("1 to {MOST_PARTICLES:e}"))
-        } else if !(*tolerance > 0.0 && *tolerance < 1.0) {
-            wrong("tolerance", tolerance, "above 0 and below 1")
+        } else if let Some(x) = tolerance.filter(|x| !(*x > 0.0 && *x < 1.0)) {
+            wrong("tolerance", &x, "above 0 and below 1")
         } else if *max_paths < 2 {
             wrong("max_paths", max_paths, "2 or more")
         } else if let Some(s) = max_seconds.filter(|s| !(*s > 0.0 && s.is_finite())) {
@@ -100,10 +103,19 @@ impl Options {
         }
     }
 
-    /// What the tolerance is asked of.
+    /// The tolerance asked for, else that of the rays.
+    pub(super) fn tolerance(&self) -> f64 {
+        self.tolerance.unwrap_or(TOLERANCE)
+    }
+
+    /// What the tolerance is asked of. Nobody asks beds of a given number to agree unless a tolerance
+    /// is named.
     pub(super) fn tolerance_of(&self, geometry: &SceneGeometry) -> ToleranceOf {
         match (self.packings, geometry) {
             (HowMany::Planned(_), SceneGeometry::Packing(_)) => ToleranceOf::Total,
+            (HowMany::Number(2..), SceneGeometry::Packing(_)) if self.tolerance.is_none() => {
+                ToleranceOf::Rays
+            }
             _ => ToleranceOf::Interval,
         }
     }
@@ -115,9 +127,9 @@ impl Options {
     pub(super) fn target(&self, beds: usize, is_planned: bool) -> Target {
         let Self { max_paths, max_seconds, .. } = *self;
         let target = if is_planned {
-            Target::of(self.tolerance.min(RAYS_OF_PLANNED))
+            Target::of(self.tolerance().min(RAYS_OF_PLANNED))
         } else {
-            target_of(self.tolerance, beds)
+            target_of(self.tolerance(), beds)
         };
         Target { max_paths, max_seconds, ..target }
     }

@@ -51,7 +51,7 @@ impl Run<'_> {
         library: Option<&OwnGrains>,
     ) -> Result<Dropped, Error> {
         let keeps_apart = packing.origin() == Origin::DrawnApart;
-        let tolerance = self.options.tolerance;
+        let tolerance = self.options.tolerance();
         let (mut before, mut now) = (Beds::default(), Beds::first(tolerance, keeps_apart));
         let mut chosen = Chosen::default();
         let mut pace = Pace::default();
@@ -111,7 +111,7 @@ impl Run<'_> {
         let bands = signature::evaluate(tables, um)?;
         let budget = Budget::new(tables, &bands)?;
         let (levels, curves) = (Levels::of(tables), signature::curves(tables, um)?);
-        let tolerance = self.options.tolerance;
+        let tolerance = self.options.tolerance();
         Ok(Plan::new(&levels, &curves, &bands, &budget, tolerance, keeps_apart))
     }
 

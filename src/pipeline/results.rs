@@ -72,7 +72,7 @@ impl Run<'_> {
         let step = self.folder.begin("signature");
         let options = self.options;
         let um = options.grid.wavelengths_um();
-        let asked = (options.tolerance, options.tolerance_of(&scene.geometry));
+        let asked = (options.tolerance(), options.tolerance_of(&scene.geometry));
         let report = Report::new(tables, &um, asked, plan)?;
         let bands = &report.bands;
         let temperature = tables[0].temperature();

@@ -66,10 +66,13 @@ impl Report {
         let e = widest.emissivity;
         let rays_reached = packings.iter().all(|table| table.stop.reached.tolerance);
         let (half_width, at_um) = match tolerance_of {
-            ToleranceOf::Interval => (e.half_width, widest.wavelength_um),
+            ToleranceOf::Interval | ToleranceOf::Rays => (e.half_width, widest.wavelength_um),
             ToleranceOf::Total => (budget.widest().total, budget.widest().wavelength_um),
         };
-        let is_reached = half_width <= tolerance && (packings.len() > 1 || rays_reached);
+        let is_reached = match tolerance_of {
+            ToleranceOf::Rays => rays_reached,
+            _ => half_width <= tolerance && (packings.len() > 1 || rays_reached),
+        };
         let of_materials = packings[0].materials.iter();
         let seen_first = of_materials.clone().enumerate().map(|(i, material)| {
             let hits: u64 = packings.iter().map(|table| table.materials[i].first_hits).sum();

@@ -112,6 +112,8 @@ pub enum ToleranceOf {
     Interval,
     /// The total, bounds included.
     Total,
+    /// The rays of each packing alone: a number of packings was asked for, and no tolerance.
+    Rays,
 }
 
 impl Reached {

@@ -9,13 +9,16 @@ use crate::signature::in_bands::InBand;
 use crate::spectrum::Mode;
 use crate::spectrum::features::{RESTSTRAHLEN_WINDOW_UM, TRANSPARENCY_WINDOW_UM, window_mean};
 
+/// Columns that a name may take before the others shift.
+pub const WIDEST_NAME: usize = 60;
+
 /// A scene's name, its numbers and, after a run of the pipeline, its cost.
 pub type Scene<'a> = (&'a str, &'a Reached, Option<Cost>);
 
 /// A block for each scene: its emissivity with the total uncertainty, what limits it, warnings and,
 /// if asked, all details. What facets mean is said once.
 pub fn blocks(scenes: &[Scene], with_details: bool) -> String {
-    let width = scenes.iter().map(|(name, ..)| name.len()).max().unwrap_or(0);
+    let width = scenes.iter().map(|(name, ..)| name.len()).max().unwrap_or(0).min(WIDEST_NAME);
     let mut notes = Vec::new();
     let block = |(name, r, cost): &Scene| {
         let beds = beds(r);

@@ -3,7 +3,7 @@
 //! Whatever makes a result wrong by more than its interval says is refused or warned of here.
 //! `soilsig stress` drives each from harmless to wrong (docs: stability).
 
-use super::Reached;
+use super::{Reached, ToleranceOf};
 use crate::radiometry::Lit;
 use crate::scene::SoilShares;
 use crate::signature::Band;
@@ -24,9 +24,11 @@ pub(super) fn lines(r: &Reached) -> Vec<String> {
             "paths that were given up leave too much open, and more paths do not help, since \
              reflectances are near 1"
                 .into()
-        } else if let Some(wanted) = r.packings_wanted {
+        } else if let (ToleranceOf::Interval | ToleranceOf::Total, Some(wanted)) =
+            (r.tolerance_of, r.packings_wanted)
+        {
             format!("by their spread it takes {wanted} packings")
-        } else if r.packings > 1 {
+        } else if r.packings > 1 && r.tolerance_of != ToleranceOf::Rays {
             "by their spread it takes too many packings".into()
         } else {
             match r.ended_by {

@@ -7,7 +7,7 @@ use std::{env, fs};
 
 use tempfile::tempdir;
 
-use crate::support::a_blender;
+use crate::support::{Place, a_blender, shipped};
 
 /// What the test does with a fenced block, by the comment above it.
 #[derive(Debug, PartialEq)]
@@ -193,6 +193,46 @@ fn commands_of_the_guide_that_need_blender_run() {
     for page in pages {
         page.run(cache.path(), Some(&blender));
     }
+}
+
+/// The mean and the half-width at 9 um of a placed scene, by `soilsig trace` and `soilsig signature`.
+fn at_9_um(place: &Place, scene: &str, evaluated: &[&str]) -> [f64; 2] {
+    if !place.path("table.json").exists() {
+        place.run(&["trace", scene, "--out", "table.json"], 0);
+    }
+    let args = [&["signature", "table.json", "--range", "9-9"], evaluated].concat();
+    let (csv, _) = place.run(&args, 0);
+    let row: Vec<&str> = csv.lines().last().expect("a band").split(',').collect();
+    [1, 3].map(|column| row[column].parse().expect("a number"))
+}
+
+#[test]
+fn figures_of_the_documents_are_those_of_their_commands() {
+    let page = Page::read(&root().join("docs/guide/own_scenes.md"));
+    let place = Place::new();
+    for block in &page.blocks {
+        if let Mark::File(name) = &block.mark {
+            place.write(name, &block.text);
+        }
+    }
+    let [mean, half_width] = at_9_um(&place, "pit.json", &[]);
+    let said = format!("The emissivity is {mean:.3} \u{b1} {half_width:.3},");
+    assert!(page.prose.contains(&said), "own_scenes.md lacks {said:?}");
+
+    let page = Page::read(&root().join("docs/physics/facets.md"));
+    let place = Place::new();
+    let rows = page.prose.split_once("| shipped patch |").expect("the table").1;
+    let rows = rows.lines().skip(2).take_while(|line| line.starts_with('|'));
+    let mut seen = 0;
+    for row in rows {
+        let fields: Vec<&str> = row.split('|').map(str::trim).collect();
+        let facets = ["coarse", "fine", "floor"].map(|name| format!("{name}=0{}", fields[1]));
+        let spectra = facets.each_ref().map(|facet| ["--spectrum", facet]).concat();
+        let [mean, _] = at_9_um(&place, &shipped("settled_patch.json"), &spectra);
+        assert_eq!(format!("{mean:.3}"), format!("0{}", fields[2]), "facets.md: {row}");
+        seen += 1;
+    }
+    assert_eq!(seen, 5);
 }
 
 /// Also those of commands that are not run, in all documents.

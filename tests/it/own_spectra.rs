@@ -140,6 +140,17 @@ fn a_word_or_sign_that_changes_a_quantity_makes_it_unclear() {
         "reflectance (0-100)",
         "reflectance (\u{2030})",
         "reflectance (sr^-1)",
+        "non-reflectance",
+        "reflectance deficit",
+        "half reflectance",
+        "reflectance - 0.1",
+        "R^2",
+        "reflectance/pi",
+        "reflectance quality",
+        "reflectance \u{b1}",
+        "ReflectanceRank",
+        "K-M reflectance",
+        "quartz1-reflectance",
     ] {
         let text = format!("um,{word}\n{}", reflectance());
         assert!(csv(&text).is_err(), "{word}");
@@ -155,9 +166,11 @@ fn a_word_or_sign_that_changes_a_quantity_makes_it_unclear() {
         "reflectance of roots",
         "reflectance, sample 1-b",
         "Reflectance / 1",
-        "quartz1-reflectance",
         "Reflectance (0-1)",
         "Reflectance 2020-10-12",
+        "directional-hemispherical reflectance",
+        "reflectance [fraction]",
+        "y: reflectance",
     ] {
         is_right(csv(&format!("um,\"{word}\"\n{}", reflectance())), word);
     }
@@ -168,6 +181,12 @@ fn a_word_or_sign_that_changes_a_quantity_makes_it_unclear() {
         "# values are 1-emissivity\n",
         "# y = 100 % - reflectance\n",
         "# radiance of the sample\n",
+        "# not a reflectance\n",
+        "# non-reflectance\n",
+        "# standard deviation of the reflectance\n",
+        "# reflectance uncertainty (1 sigma)\n",
+        "# optical depth\n",
+        "# wavl,k\n",
     ] {
         assert!(csv(&format!("{prose}{}", reflectance())).is_err(), "{prose}");
     }
@@ -506,6 +525,9 @@ fn usgs_text_is_told_by_its_title_and_its_transmittance_refused() {
         "splib07a Record=14: Error bars of Quartz NIC4a AREF",
         "splib07a Record=15: Bandpass (FWHM) ASDFR",
         "splib07a Record=16: Quartz NIC4a Absorbance",
+        "splib07a Record=16: Quartz NIC4a ABS",
+        "splib07a Record=17: Quartz NIC4a EMIS",
+        "errorbars for splib07a Record=5932: Quartz NIC4a AREF",
         "splib07a Record=17: Quartz NIC4a Emissivity",
     ] {
         let error = one("s.txt", format!(" {title}\n{values}"), &reading).expect_err(title);

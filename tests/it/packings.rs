@@ -110,6 +110,26 @@ fn a_bed_that_touches_comes_with_its_bed_of_hulls() {
     }
 }
 
+/// Nobody asked the beds to agree.
+#[test]
+fn a_number_of_packings_without_a_tolerance_draws_no_warning_of_one() {
+    let place = Place::new();
+    let Some(blender) = a_blender() else { return };
+    let args = ["pipeline", "--scene", &shipped("small.json"), "--packings", "2", "--out", "r"];
+    let mut command = place.soilsig_with(&blender, &args);
+    let output = command.output().expect("it runs");
+    let said = [output.stderr, output.stdout].concat();
+    let said = String::from_utf8_lossy(&said);
+    assert!(output.status.success() && !said.contains("warning"), "{said}");
+    let record = place.json("r/run.json");
+    let reached = record["reached"].as_object().expect("scenes").values().next().expect("one");
+    assert_eq!(
+        (&reached["tolerance_of"], &record["options"]["tolerance"]),
+        (&"rays".into(), &Value::Null)
+    );
+    assert!(reached["half_width"].as_f64() > reached["tolerance"].as_f64(), "{reached}");
+}
+
 #[test]
 fn packings_replay_to_the_byte() {
     let place = Place::new();

@@ -10,7 +10,7 @@ use soilsig::support::monitor::Unwatched;
 use soilsig::support::output;
 
 use crate::blender_control::fake::Fake;
-use crate::support::{Place, executable, shipped};
+use crate::support::{Place, executable, shipped, shipped_json};
 
 /// A result of the shipped patch in `r`, and its record.
 fn result(place: &Place) -> Value {
@@ -196,6 +196,17 @@ fn an_input_of_a_record_that_is_no_file_is_not_read() {
     place.write("run.json", record.to_string());
     let (_, said) = place.run(&["replay", "run.json"], 1);
     assert!(said.contains("/dev/zero") && said.contains("not a file"), "{said}");
+}
+
+/// Formats have a greatest width.
+#[test]
+fn a_name_of_any_length_is_printed() {
+    let place = Place::new();
+    let mut scene = shipped_json("settled_patch.json");
+    scene["name"] = "n".repeat(100_000).into();
+    place.write("settled_patch.obj", fs::read(shipped("settled_patch.obj")).expect("shipped"));
+    place.write("scene.json", scene.to_string());
+    place.run(&["trace", "scene.json", "--out", "t.json", "--paths", "256"], 0);
 }
 
 #[test]

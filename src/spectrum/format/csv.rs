@@ -136,14 +136,10 @@ impl<'a> Above<'a> {
         let heading = if commented(line) {
             // As numpy writes it. Most comments are prose.
             let fields = apart(&fields(bare(line)), count);
-            let known = |field: &String| words::column(field) != Column::Unknown;
             let is_of = |field: &String| matches!(words::column(field), Column::Wavelength(_));
-            let has_unit =
-                |field: &String| matches!(words::column(field), Column::Wavelength(Some(_)));
-            let is_heading = fields.iter().all(known) && fields.iter().any(&is_of)
-                || fields.iter().any(has_unit);
-            let is_all = fields.iter().all(is_of);
-            (fields.len() == count && is_heading && !is_all).then_some(fields)
+            let is_key = fields.first().is_some_and(|field| field.ends_with(':'));
+            let is_heading = !is_key && fields.iter().any(&is_of) && !fields.iter().all(is_of);
+            (fields.len() == count && is_heading).then_some(fields)
         } else {
             let mut heading = fields(line);
             // Units may be in a row of their own.
@@ -278,6 +274,13 @@ impl<'a> Above<'a> {
         let in_heading = columns.said.map(|said| (said, String::new()));
         if reading.quantity.is_some() || reading.is_response {
             return Ok(in_heading);
+        }
+        if let (Some(Said::Unclear), Some((_, fields))) = (columns.said, &self.heading) {
+            let problem = format!(
+                "the heading {:?} has a word or sign that may change its quantity",
+                fields.join(", ")
+            );
+            return Err(unclear(path, problem));
         }
         let mut stated = Vec::new();
         let mut prose = Vec::new();

@@ -70,7 +70,10 @@ pub(crate) fn bands_um(
 
 /// The quantity asked for, else the one that the plot's labels or the description name.
 fn quantity(header: &Header, reading: &Reading) -> Result<Quantity, SpectrumError> {
-    let labels = ["z plot titles", "description"].map(|key| header.get(key).unwrap_or_default());
+    let mut labels =
+        ["z plot titles", "description"].map(|key| header.get(key).unwrap_or_default());
+    // Of the plot's two titles the second is that of the values.
+    labels[0] = labels[0].split_once(',').map_or(labels[0], |(_, title)| title);
     // The description is prose.
     refuse_no_emissivity(&header.path, labels[0])?;
     let said =

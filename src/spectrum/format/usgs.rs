@@ -40,7 +40,10 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Tabulated, Spectrum
         of_version_6(path, &text, reading)?
     };
     refuse_transmission(path, &name)?;
-    let quantity = match (reading.quantity, words::said(&name, false)) {
+    // The code of the measurement is the last word.
+    let code = name.split_whitespace().next_back().unwrap_or_default();
+    let said = words::said(code, true).or_else(|| words::said(&name, false));
+    let quantity = match (reading.quantity, said) {
         (Some(quantity), _) => quantity,
         (None, Some(Said::Absorbance)) => {
             return Err(SpectrumError::Absorbance { path: path.to_owned(), said: name });
@@ -79,7 +82,7 @@ fn of_version_7(
     let (title, values) = column(path, text)?;
     let name = title.split_once(": ").map_or(title.as_str(), |(_, name)| name);
     refuse_transmission(path, name)?;
-    let lower = name.to_lowercase();
+    let lower = title.to_lowercase();
     // Files of the library that lie beside its spectra.
     if ["error", "bandpass", "fwhm", "wavelength"].iter().any(|word| lower.contains(word)) {
         let problem = format!("this is no spectrum: {name:?}");

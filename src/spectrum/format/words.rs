@@ -98,56 +98,15 @@ pub(super) enum Column {
     Unknown,
 }
 
-const WAVELENGTHS: [&str; 17] = [
-    "wavelength",
-    "wavelengths",
-    "wave",
-    "wl",
-    "wvl",
-    "wvls",
-    "wav",
-    "lambda",
-    "lam",
-    "\u{3bb}",
-    "wellenlange",
-    "wellenlangen",
-    "wellenlaenge",
-    "longueur",
-    "longitud",
-    "lunghezza",
-    "comprimento",
-];
+const WAVELENGTHS: &str = "\
+    wavelength wavelengths wave wl wvl wvls wav lambda lam \u{3bb} wellenlange wellenlangen \
+    wellenlaenge longueur longitud lunghezza comprimento \
+    wavl wavelen wvlen wlen";
 const WAVENUMBERS: [&str; 4] = ["wavenumber", "wellenzahl", "kayser", "wavenum"];
 /// Words beside a wavelength that say nothing of its unit.
-const NEUTRAL: [&str; 27] = [
-    "nu",
-    "\u{3bd}",
-    "x",
-    "s",
-    "d",
-    "of",
-    "in",
-    "the",
-    "de",
-    "di",
-    "onde",
-    "onda",
-    "ondes",
-    "air",
-    "vacuum",
-    "band",
-    "channel",
-    "centre",
-    "center",
-    "central",
-    "mean",
-    "axis",
-    "units",
-    "unit",
-    "frequency",
-    "energy",
-    "photon",
-];
+const NEUTRAL: &str = "\
+    nu \u{3bd} x s d of in the de di onde onda ondes air vacuum band channel centre center \
+    central mean axis units unit frequency energy photon";
 
 const EMISSIVITY: [&str; 9] = [
     "emissivi",
@@ -160,10 +119,14 @@ const EMISSIVITY: [&str; 9] = [
     "emisivit",
     "emissionsgrad",
 ];
-const EMISSIVITY_SYMBOLS: [&str; 5] = ["emiss", "emis", "eps", "\u{3b5}", "\u{3f5}"];
-const REFLECTANCE: [&str; 10] = [
+const EMISSIVITY_SYMBOLS: &str = "emiss emis eps \u{3b5} \u{3f5} varepsilon";
+const REFLECTANCE: [&str; 14] = [
     "reflectan",
     "reflectiv",
+    "reflectiviti",
+    "reflektivit",
+    "reflexionsgrad",
+    "riflettivi",
     "reflectio",
     "reflecten",
     "reflectie",
@@ -173,67 +136,18 @@ const REFLECTANCE: [&str; 10] = [
     "riflett",
     "albedo",
 ];
-const REFLECTANCE_SYMBOLS: [&str; 10] =
-    ["refl", "r", "dhr", "hdr", "drf", "hdrf", "hhr", "dhrf", "rho", "\u{3c1}"];
+const REFLECTANCE_SYMBOLS: &str = "refl r dhr hdr drf hdrf hhr dhrf rho \u{3c1}";
 const TRANSMISSION: [&str; 5] = ["transm", "transitt", "trasm", "durchlass", "transparen"];
-const TRANSMISSION_SYMBOLS: [&str; 3] = ["tran", "trans", "tau"];
+const TRANSMISSION_SYMBOLS: &str = "tran trans tau";
 const ABSORBANCE: [&str; 4] = ["absorb", "absorpti", "extinc", "extinktion"];
-const ABSORBANCE_SYMBOLS: [&str; 2] = ["abs", "od"];
+const ABSORBANCE_SYMBOLS: &str = "abs od";
 /// Words that make another quantity of emissivity or reflectance.
-const OTHER: [&str; 52] = [
-    "anomaly",
-    "arb",
-    "arbitrary",
-    "atr",
-    "attenuated",
-    "brdf",
-    "change",
-    "coefficient",
-    "complement",
-    "complementary",
-    "contrast",
-    "counts",
-    "cr",
-    "delta",
-    "depth",
-    "difference",
-    "digital",
-    "gradient",
-    "hull",
-    "imaginary",
-    "inverse",
-    "inverted",
-    "ln",
-    "log",
-    "log10",
-    "loss",
-    "minus",
-    "negative",
-    "noise",
-    "offset",
-    "phase",
-    "plus",
-    "product",
-    "pseudo",
-    "ratio",
-    "reciprocal",
-    "rescaled",
-    "residual",
-    "rms",
-    "root",
-    "scaled",
-    "scattering",
-    "shifted",
-    "slope",
-    "snr",
-    "sqrt",
-    "squared",
-    "sr",
-    "stacked",
-    "sum",
-    "times",
-    "variance",
-];
+const OTHER: &str = "\
+    anomaly arb arbitrary atr attenuated brdf change coefficient complement complementary \
+    contrast counts cr delta depth difference digital gradient hull imaginary inverse inverted \
+    ln log log10 loss minus negative noise offset phase plus product pseudo ratio reciprocal \
+    rescaled residual rms root scaled scattering shifted slope snr sqrt squared sr stacked sum \
+    times variance";
 /// Beginnings of such words.
 const OTHERS: [&str; 10] = [
     "continuum",
@@ -247,56 +161,34 @@ const OTHERS: [&str; 10] = [
     "normaliz",
     "removed",
 ];
-/// Symbols that say nothing beside other letters.
-const LETTERS: [&str; 8] = ["r", "rho", "\u{3c1}", "eps", "epsilon", "\u{3b5}", "\u{3f5}", "emis"];
-/// Words that may stand beside such a symbol.
-const BESIDE_LETTERS: [&str; 22] = [
-    "percent",
-    "pct",
-    "of",
-    "in",
-    "d",
-    "h",
-    "dh",
-    "hd",
-    "dir",
-    "hem",
-    "lambda",
-    "\u{3bb}",
-    "wl",
-    "um",
-    "nm",
-    "factor",
-    "spectral",
-    "mean",
-    "average",
-    "directional",
-    "hemispherical",
-    "sample",
+/// Other quantities that a line of prose may name.
+const FOREIGN: [&str; 7] = [
+    "dielectric",
+    "imaginary",
+    "optical constant",
+    "optical depth",
+    "optical thickness",
+    "permittivity",
+    "refractive",
 ];
-const ERRORS: [&str; 12] = [
-    "std",
-    "stdev",
-    "stddev",
-    "sd",
-    "sigma",
-    "error",
-    "errors",
-    "err",
-    "uncertainty",
-    "unc",
-    "deviation",
-    "se",
-];
+/// Words that deny what stands behind them.
+const DENIALS: &str = "non not no un anti without kein keine";
+/// Words that may stand beside a quantity in a label. All others may change it.
+const BESIDE: &str = "\
+    apparent absolute average avg band biconical bidirectional channel conical data dh diffuse \
+    dimensionless dir directional effective em facet factor fraction fractional h hd hem \
+    hemispherical hemispherique hemispherisch hemispherischer in lab laboratory lambda \
+    measured mean median nadir normal relative smoothed spectral spectrale spectrum spektral \
+    spektrale spektraler espectral spettrale surface the thermal tir to total unit unitless \
+    units value values wl y \u{3bb}";
+const ERRORS: &str = "std stdev stddev sd sigma error errors err uncertainty unc deviation se";
 
 /// What the heading of a column says.
 pub(super) fn column(text: &str) -> Column {
     let plain = plain(text);
     let tokens = tokens(&plain);
     let known = |token: &Token| {
-        token.unit().is_some()
-            || WAVELENGTHS.contains(&token.word)
-            || starts(token.word, &WAVENUMBERS)
+        token.unit().is_some() || is_in(WAVELENGTHS, token.word) || starts(token.word, &WAVENUMBERS)
     };
     // A factor, as in 10^3 cm-1.
     let is_multiple =
@@ -304,18 +196,18 @@ pub(super) fn column(text: &str) -> Column {
     if tokens.iter().any(|token| token.unit().is_some() && is_multiple(token)) {
         return Column::Unknown;
     }
-    let is_neutral = |token: &Token| NEUTRAL.contains(&token.word) || token.word == "mu";
+    // "in" at the end is an inch.
+    let is_inch = |t: &Token| t.word == "in" && !t.after.contains(char::is_alphabetic);
+    let is_neutral = |t: &Token| is_in(NEUTRAL, t.word) && !is_inch(t) || t.word == "mu";
     if tokens.iter().any(known) && tokens.iter().all(|token| known(token) || is_neutral(token))
         || matches!(tokens[..], [Token { word: "x", .. }])
     {
         return Column::Wavelength(Unit::named(text));
     }
-    let is_error = |word: &str| ERRORS.contains(&word) || word.starts_with("standarddev");
     if tokens.iter().any(|token| is_error(token.word)) {
         return Column::Errors;
     }
-    let said = said(text, true).filter(|said| *said != Said::Unclear);
-    said.map_or(Column::Unknown, Column::Values)
+    said(text, true).map_or(Column::Unknown, Column::Values)
 }
 
 /// The unit of a column of wavelengths, micrometres if it names none; `None` of other columns.
@@ -331,7 +223,7 @@ pub(super) fn has_wavelength(text: &str) -> bool {
     let text = plain(text);
     tokens(&text)
         .iter()
-        .any(|token| WAVELENGTHS.contains(&token.word) || starts(token.word, &WAVENUMBERS))
+        .any(|token| is_in(WAVELENGTHS, token.word) || starts(token.word, &WAVENUMBERS))
 }
 
 /// The quantity that a label names, if it names one; `with_symbols` also R, %T and the like, which
@@ -339,35 +231,38 @@ pub(super) fn has_wavelength(text: &str) -> bool {
 pub(super) fn said(text: &str, with_symbols: bool) -> Option<Said> {
     let plain = plain(text);
     let tokens = tokens(&plain);
-    let has = |prefixes: &[&str], symbols: &[&str]| {
-        tokens.iter().any(|token| {
-            starts(token.word, prefixes) || with_symbols && symbols.contains(&token.word)
-        })
+    let has = |prefixes: &[&str], symbols: &str| {
+        tokens
+            .iter()
+            .any(|token| starts(token.word, prefixes) || with_symbols && is_in(symbols, token.word))
     };
     let is_percent = is_percent(&plain, &tokens, with_symbols);
     let alone = |symbol: &str| matches!(tokens[..], [Token { word, .. }] if word == symbol);
-    if has(&TRANSMISSION, &TRANSMISSION_SYMBOLS) || with_symbols && is_percent && alone("t") {
+    if has(&TRANSMISSION, TRANSMISSION_SYMBOLS) || with_symbols && is_percent && alone("t") {
         return Some(Said::Transmission);
     }
     // Absorptance is no absorbance: it is emissivity, by Kirchhoff's law.
-    if has(&ABSORBANCE, &ABSORBANCE_SYMBOLS) {
+    if has(&ABSORBANCE, ABSORBANCE_SYMBOLS) {
         return Some(Said::Absorbance);
     }
-    let is_emissivity = has(&EMISSIVITY, &EMISSIVITY_SYMBOLS);
-    let is_reflectance = has(&REFLECTANCE, &REFLECTANCE_SYMBOLS);
+    let is_emissivity = has(&EMISSIVITY, EMISSIVITY_SYMBOLS);
+    let is_reflectance = has(&REFLECTANCE, REFLECTANCE_SYMBOLS);
     // Reflectance is measured relative to a standard; emissivity is not.
     let is_relative = is_emissivity && tokens.iter().any(|token| token.word == "relative");
-    let is_other = has(&OTHERS, &[])
-        || is_relative
-        || tokens.iter().any(|token| OTHER.contains(&token.word))
-        || with_symbols && (is_formula(&plain) || has_factor(text) || !is_plain_symbol(&tokens))
-        || is_complement(&plain);
-    let is_radiance = tokens.iter().any(|token| token.word.contains("radian"));
+    let is_foreign = tokens.iter().any(|token| token.word.contains("radian"))
+        || !with_symbols && (has(&OTHERS, "") || FOREIGN.iter().any(|word| plain.contains(word)));
+    let is_other = if with_symbols {
+        !is_plain_label(text)
+    } else {
+        tokens.iter().any(|token| is_in(OTHER, token.word))
+            || is_denied(&tokens)
+            || is_complement(&plain)
+    };
     let quantity = match (is_emissivity, is_reflectance) {
-        (false, false) if is_radiance => return Some(Said::Unclear),
+        (false, false) if is_foreign => return Some(Said::Unclear),
         (false, false) => return None,
         (true, true) => return Some(Said::Unclear),
-        _ if is_other || is_radiance => return Some(Said::Unclear),
+        _ if is_other || is_relative || is_foreign => return Some(Said::Unclear),
         (true, false) if is_percent => Quantity::EmissivityPercent,
         (true, false) => Quantity::Emissivity,
         (false, true) if is_percent => Quantity::ReflectancePercent,
@@ -376,35 +271,82 @@ pub(super) fn said(text: &str, with_symbols: bool) -> Option<Said> {
     Some(Said::Quantity(quantity))
 }
 
-/// Whether a label has a factor, as R x 1000, or parts of another whole than 100.
-fn has_factor(text: &str) -> bool {
-    let text = text.to_lowercase();
-    let is_times = |(at, mark): (usize, &str)| {
-        let before = text[..at].chars().next_back();
-        let is_apart = mark != "x" || before.is_none_or(|c| !c.is_alphanumeric());
-        is_apart && text[at + mark.len()..].trim_start().starts_with(|c: char| c.is_ascii_digit())
+/// Whether a label has nothing beside its quantity that may change it: no unknown word, and no
+/// sign of arithmetic. What stands behind "of", "for" and "sample" names the sample.
+fn is_plain_label(text: &str) -> bool {
+    let text = plain_but_signs(text);
+    let all = tokens(&text);
+    let is_symbol =
+        |word: &str| is_in(EMISSIVITY_SYMBOLS, word) || is_in(REFLECTANCE_SYMBOLS, word);
+    let is_quantity = |token: &Token| is_symbol(token.word) || is_quantity(token.word);
+    let Some(first) = all.iter().position(is_quantity) else { return false };
+    let sample = all[first..].iter().find(|t| ["of", "for", "sample"].contains(&t.word));
+    let label = sample.map_or(&*text, |token| token.before);
+    let is_known = |token: &Token| {
+        is_quantity(token)
+            && !(is_symbol(token.word) && token.after.starts_with(|c: char| c.is_ascii_digit()))
+            || is_percent_word(token.word)
+            || is_in(BESIDE, token.word)
     };
-    let squeezed: String = text.split_whitespace().collect();
-    let wholes = ["(0-100", "[0-100", "(0..100", "[0..100", "(1e-", "[1e-", "(10^-", "[10^-"];
-    text.match_indices(['x', '*', '\u{d7}', '\u{b7}', '\u{22c5}']).any(is_times)
-        || text.contains(['\u{2030}', '\u{2031}'])
-        || wholes.iter().any(|whole| squeezed.contains(whole))
+    tokens(label).iter().all(is_known)
+        && label.char_indices().all(|(at, c)| {
+            is_no_arithmetic(c, &label[..at], &label[at + c.len_utf8()..], all[first].before.len())
+        })
 }
 
-/// Whether a label is a formula, as 100 - R, 1/R, R + 0.1 or dR/dx. A unit may follow a stroke.
-fn is_formula(plain: &str) -> bool {
-    let squeezed: String = plain.split_whitespace().collect();
-    let is_number = |word: &str| !word.is_empty() && word.chars().all(|c| c.is_ascii_digit());
-    let is_difference = |(at, _): (usize, &str)| {
-        let before = squeezed[..at].rsplit(|c: char| !c.is_alphanumeric() && c != '_').next();
-        before.is_some_and(is_number) && squeezed[at + 1..].starts_with(|c: char| c.is_alphabetic())
-    };
-    plain.contains(['+', '\u{2206}', '\u{3b4}', '\u{221a}', '\u{b2}'])
-        || plain.contains("a.u.")
-        || ["/dx", "/dl", "/d\u{3bb}", "/dw", "/dnu", "/d\u{3bd}"]
-            .iter()
-            .any(|by| squeezed.contains(by))
-        || squeezed.match_indices(['-', '/']).any(is_difference)
+/// Whether a sign in a label is none of arithmetic: as in [-], (0-1), 2020-10-12, / %, and in
+/// directional-hemispherical reflectance.
+fn is_no_arithmetic(sign: char, before: &str, after: &str, quantity: usize) -> bool {
+    let is_digit = |c: &char| c.is_ascii_digit();
+    let digits = |chars: &mut dyn Iterator<Item = char>| chars.take_while(is_digit).count();
+    let digits = [digits(&mut before.chars().rev()), digits(&mut after.chars())];
+    let letters = [before.ends_with(char::is_alphabetic), after.starts_with(char::is_alphabetic)];
+    let next = after.trim_start().chars().next();
+    match sign {
+        '-' => match (digits, letters) {
+            ([1, 1], _) => before.ends_with('0') && after.starts_with('1'),
+            ([0, 0], [true, true]) => before.len() < quantity,
+            ([0, 0], _) => {
+                before.trim_end().ends_with(['(', '[', '/'])
+                    && !next.is_some_and(char::is_alphanumeric)
+            }
+            ([before, after], _) => before > 1 && after > 1,
+        },
+        '/' => {
+            digits == [0, 0] && matches!(next, Some('%' | '-' | 'p'))
+                || digits[0] == 0 && next == Some('1') && after.trim_start().len() == 1
+        }
+        '.' => digits[0] == 0 || digits[1] == 0,
+        '(' | ')' | '[' | ']' | '{' | '}' | '_' | '%' | ',' | ':' | ';' | '\'' | '"' | '#'
+        | '$' | '\\' => true,
+        other => other.is_alphabetic() || other.is_ascii_digit() || other.is_whitespace(),
+    }
+}
+
+/// Whether a line of prose denies its quantity, or speaks of its errors.
+fn is_denied(tokens: &[Token]) -> bool {
+    let is_error = |token: &Token| is_error(token.word);
+    (0..tokens.len()).filter(|&i| is_quantity(tokens[i].word)).any(|i| {
+        let mut before = tokens[..i].iter().rev();
+        let before = before.find(|t| !["of", "the", "a", "an", "in"].contains(&t.word));
+        before.is_some_and(|token| {
+            is_error(token) || is_in(DENIALS, token.word) && !token.after.starts_with('.')
+        }) || tokens.get(i + 1).is_some_and(is_error)
+    })
+}
+
+fn is_error(word: &str) -> bool {
+    is_in(ERRORS, word) || word.starts_with("standarddev")
+}
+
+/// Whether a word is one for emissivity or reflectance, and nothing is glued to it but percent.
+fn is_quantity(word: &str) -> bool {
+    let word = word.trim_end_matches("percent").trim_end_matches("pct");
+    [&EMISSIVITY[..], &REFLECTANCE].concat().iter().any(|prefix| {
+        word.strip_prefix(prefix).is_some_and(|end| {
+            end.len() <= 4 && !ERRORS.split(' ').any(|error| end.ends_with(error))
+        })
+    })
 }
 
 /// Whether a line names what is missing to 1 or 100 %, as 1 - emissivity. The number may also be
@@ -428,21 +370,6 @@ fn is_complement(plain: &str) -> bool {
     plain.match_indices('-').any(of)
 }
 
-/// Whether a label whose quantity is a letter, as R, says nothing else that may change it.
-fn is_plain_symbol(tokens: &[Token]) -> bool {
-    let is_letter = |token: &&Token| LETTERS.contains(&token.word);
-    match tokens.iter().filter(is_letter).count() {
-        0 => true,
-        1 => tokens.iter().all(|token| {
-            is_letter(&token) && !token.after.trim_start().starts_with("-1")
-                || BESIDE_LETTERS.contains(&token.word)
-                || starts(token.word, &EMISSIVITY)
-                || starts(token.word, &REFLECTANCE)
-        }),
-        _ => false,
-    }
-}
-
 /// Whether the reflectance that a label names is bidirectional.
 pub(super) fn is_bidirectional(text: &str) -> bool {
     let text = plain(text);
@@ -453,12 +380,12 @@ pub(super) fn is_bidirectional(text: &str) -> bool {
 
 /// Whether a label gives its quantity in percent. In prose the word must stand beside the quantity.
 fn is_percent(plain: &str, tokens: &[Token], anywhere: bool) -> bool {
-    let ends = |word: &str| word.ends_with("percent") || word.ends_with("pct");
-    let is = |word: &str| {
-        starts(word, &["percent", "pct", "prozent", "pourcent", "porcent"]) || ends(word)
-    };
     if anywhere {
-        return plain.contains('%') || tokens.iter().any(|token| is(token.word));
+        let is = |token: &Token| {
+            is_percent_word(token.word)
+                || ["percent", "pct"].iter().any(|p| token.word.ends_with(p))
+        };
+        return plain.contains('%') || tokens.iter().any(is);
     }
     let squeezed: String = plain.chars().filter(|c| !" ([,:-_".contains(*c)).collect();
     let quantity = [&EMISSIVITY[..], &REFLECTANCE].concat();
@@ -470,12 +397,26 @@ fn is_percent(plain: &str, tokens: &[Token], anywhere: bool) -> bool {
     })
 }
 
+fn is_percent_word(word: &str) -> bool {
+    starts(word, &["percent", "pct", "prozent", "pourcent", "porcent"])
+}
+
+/// Whether a word is one of a list.
+fn is_in(list: &str, word: &str) -> bool {
+    list.split(' ').any(|known| known == word)
+}
+
 fn starts(word: &str, prefixes: &[&str]) -> bool {
     prefixes.iter().any(|prefix| word.starts_with(prefix))
 }
 
-/// Text in lower case, without accents and with plain minus signs.
+/// Text in lower case, without accents and marks of powers and with plain minus signs.
 fn plain(text: &str) -> String {
+    plain_but_signs(&text.replace(['^', '{', '}', '*'], ""))
+}
+
+/// The same with all signs.
+fn plain_but_signs(text: &str) -> String {
     let plain = |c: char| match c {
         '\u{e0}'..='\u{e4}' => 'a',
         '\u{e7}' => 'c',
@@ -493,8 +434,17 @@ fn plain(text: &str) -> String {
         '$' | '\\' => ' ',
         other => other,
     };
-    let text: String =
-        text.to_lowercase().chars().map(plain).filter(|c| !"^{}*".contains(*c)).collect();
+    let mut apart = String::new();
+    let mut small = 0;
+    for c in text.chars() {
+        // The words of ReflectanceError stand apart. meV is one.
+        if c.is_uppercase() && small > 2 {
+            apart.push(' ');
+        }
+        small = if c.is_lowercase() { small + 1 } else { 0 };
+        apart.push(c);
+    }
+    let text: String = apart.to_lowercase().chars().map(plain).collect();
     [
         ("wave number", "wavenumber"),
         ("wave-number", "wavenumber"),
@@ -658,27 +608,48 @@ mod tests {
             "A",
             "value",
             "quartz",
-            "log(1/R)",
-            "1-R",
-            "1 - emissivity",
-            "reflected radiance",
-            "continuum removed reflectance",
-            "single scattering albedo",
             "Kubelka-Munk",
             "e",
             "y",
-            "emissivity from reflectance",
-            "d reflectance ratio",
             "band",
             "index",
+            "wavelength (in)",
             "",
         ] {
             assert_eq!(column(text), Column::Unknown, "{text}");
         }
+        for text in [
+            "log(1/R)",
+            "1-R",
+            "1 - emissivity",
+            "emissivity - 0.9",
+            "0.5*emissivity",
+            "reflectance/pi",
+            "R2",
+            "reflectance dB",
+            "reflected radiance",
+            "continuum removed reflectance",
+            "single scattering albedo",
+            "emissivity from reflectance",
+            "d reflectance ratio",
+            "non-emissivity",
+            "not emissivity",
+            "emissivity deficit",
+            "half emissivity",
+            "alpha emissivity",
+            "emissivity quality",
+            "emissivity range",
+            "emissivity \u{b1}",
+            "EmissivityRank",
+        ] {
+            assert_eq!(column(text), Column::Values(Said::Unclear), "{text}");
+        }
+        assert_eq!(column("EmissivityError"), Column::Errors);
+        assert_eq!(column("emissivitystd"), Column::Values(Said::Unclear));
         assert_eq!(column("Std.Dev. of reflectance"), Column::Errors);
         assert_eq!(column("Wavelength"), Column::Wavelength(None));
         assert_eq!(column("longueur d'onde (nm)"), Column::Wavelength(Some(Unit::Nanometre)));
-        assert_eq!(column("radiance (W/m2/sr/um)"), Column::Unknown);
+        assert_eq!(column("radiance (W/m2/sr/um)"), Column::Values(Said::Unclear));
     }
 
     #[test]

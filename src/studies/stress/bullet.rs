@@ -80,7 +80,7 @@ fn drop(setting: &Setting, tray_um: f64, solver: Value) -> Result<Measured, Erro
         seed: None,
         packings: HowMany::Number(1),
         field: None,
-        tolerance: 0.05,
+        tolerance: Some(0.05),
         max_paths: 1 << 14,
         max_seconds: None,
         grid: Grid::new(9.0, 11.0, 1.0).expect("a grid"),
