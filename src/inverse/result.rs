@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::estimation::{Discrepancy, Parameter};
+use super::discrepancy::Discrepancy;
+use super::estimation::Parameter;
 use super::facets::FacetModel;
 use super::soil::On;
 use super::warning::Warning;
