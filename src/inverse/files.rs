@@ -88,7 +88,7 @@ pub fn write(
     let drawn: Vec<Drawn> = (result.answer.parameters.iter().enumerate())
         .filter(|(_, fitted)| fitted.parameter.prior_standard_deviation > 0.0)
         .map(|(place, fitted)| Drawn {
-            name: fitted.parameter.name.clone(),
+            name: words::name(fitted).to_owned(),
             draws: found.draws.iter().map(|draw| draw[place]).collect(),
             best: fitted.best,
         })

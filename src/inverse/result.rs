@@ -122,7 +122,7 @@ pub struct Fit {
     pub autocorrelation: Vec<Autocorrelation>,
     /// Different minima that the starts led to.
     pub minima: usize,
-    /// Whether parameters and discrepancy settled.
+    /// Whether the fit settled.
     pub converged: bool,
 }
 

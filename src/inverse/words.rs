@@ -3,8 +3,8 @@
 use super::Warning;
 use super::result::{Fit, Fitted, Match};
 
-/// The names of parameters for people.
-fn name(fitted: &Fitted) -> &str {
+/// The name of a parameter for people.
+pub fn name(fitted: &Fitted) -> &str {
     match fitted.parameter.name.as_str() {
         "cover" => "cover with fines",
         "second" => "second component",
