@@ -104,7 +104,9 @@ pub struct Drawn {
     pub best: f64,
 }
 
-const CELL: f64 = 150.0;
+const CELL: f64 = 160.0;
+/// Between cells, so that the labels of neighbours stay apart.
+const GAP: f64 = 24.0;
 const EDGE: (f64, f64) = (64.0, 40.0);
 /// Height of a line of the title.
 const LINE: f64 = 20.0;
@@ -130,7 +132,7 @@ pub fn posterior_svg(title: &str, parameters: &[Drawn]) -> String {
         for column in 0..=row {
             let left = EDGE.0 + CELL * column as f64;
             let top = first + CELL * row as f64;
-            let (right, bottom) = (left + CELL - 10.0, top + CELL - 10.0);
+            let (right, bottom) = (left + CELL - GAP, top + CELL - GAP);
             let x = Axis::linear(ranges[column], (left, right), TICKS);
             let frame = "fill='none' stroke='#1a1a1a' stroke-width='0.9'";
             if row == column {
