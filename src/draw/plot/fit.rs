@@ -105,8 +105,8 @@ pub struct Drawn {
 }
 
 const CELL: f64 = 160.0;
-/// Between cells, so that the labels of neighbours stay apart.
-const GAP: f64 = 24.0;
+/// Between cells of a corner plot, so that the labels of neighbours stay apart.
+const APART: f64 = 24.0;
 const EDGE: (f64, f64) = (64.0, 40.0);
 /// Height of a line of the title.
 const LINE: f64 = 20.0;
@@ -132,7 +132,7 @@ pub fn posterior_svg(title: &str, parameters: &[Drawn]) -> String {
         for column in 0..=row {
             let left = EDGE.0 + CELL * column as f64;
             let top = first + CELL * row as f64;
-            let (right, bottom) = (left + CELL - GAP, top + CELL - GAP);
+            let (right, bottom) = (left + CELL - APART, top + CELL - APART);
             let x = Axis::linear(ranges[column], (left, right), TICKS);
             let frame = "fill='none' stroke='#1a1a1a' stroke-width='0.9'";
             if row == column {
