@@ -44,8 +44,8 @@ pub struct Args {
     /// Where the second component is
     #[arg(long, value_enum, default_value = "all")]
     second_on: On,
-    /// Prior of a parameter (cover, second, level, large_fines, temperature, offset), as
-    /// NAME=MEAN+-SD; NAME=VALUE gives it
+    /// Prior of a parameter (cover, second, level, large_fines, medium_grains, temperature, offset),
+    /// as NAME=MEAN+-SD; NAME=VALUE gives it
     #[arg(long, value_name = "NAME=MEAN+-SD", value_parser = prior)]
     prior: Vec<(String, f64, f64)>,
     /// Recipe of full cover, or a bed of dusty grains as it is [default: the shipped recipe]

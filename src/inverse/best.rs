@@ -6,7 +6,7 @@ use super::beds::{Settled, Source};
 use super::estimation::{Estimation, Observed};
 use super::facets::FacetModel;
 use super::result::Best;
-use super::soil::{COVER, LEVEL, On, SECOND};
+use super::soil::{COVER, LEVEL, MEDIUM, On, SECOND};
 use super::{Options, summary};
 use crate::pipeline::{self, HowMany};
 use crate::scene::{Component, Constants, Grid, Inverted, Scene, SceneGeometry, SpectrumSource};
@@ -50,7 +50,12 @@ pub fn drop(options: &Options, source: &Source, best: &[f64]) -> Result<(Settled
             On::Grains => is_grain,
             On::Fines => !is_grain,
         };
-        let own = facets(options.facets, &material.spectrum, is_grain);
+        let mut own = vec![(1.0, facets(options.facets, &material.spectrum, is_grain))];
+        if is_grain {
+            let medium = SpectrumSource::Builtin("quartz_medium".into());
+            own[0].0 -= best[MEDIUM];
+            own.push((best[MEDIUM], facets(options.facets, &medium, true)));
+        }
         let share = if has_second { best[SECOND] } else { 0.0 };
         material.spectrum = mixed(own, share, options.second.as_ref(), best[LEVEL]);
     }
@@ -82,19 +87,24 @@ pub fn drop(options: &Options, source: &Source, best: &[f64]) -> Result<(Settled
     Ok((bed, Found { table: out.join("table.json") }))
 }
 
-/// Facets with a share of the second component. Mirrors are left as they are: a mix is Lambertian.
+/// Facets of several kinds with a share of the second component. Mirrors are left as they are: a
+/// mix is Lambertian.
 fn mixed(
-    own: SpectrumSource,
+    own: Vec<(f64, SpectrumSource)>,
     share: f64,
     second: Option<&SpectrumSource>,
     level: f64,
 ) -> SpectrumSource {
-    if share < LEAST_SHARE || matches!(own, SpectrumSource::Fresnel(_)) {
-        return own;
+    if matches!(own[0].1, SpectrumSource::Fresnel(_)) {
+        return own.into_iter().next().expect("facets have a spectrum").1;
     }
     let second = second.cloned().unwrap_or(SpectrumSource::Constant(level));
-    let of = |share, spectrum| Component { share, spectrum };
-    SpectrumSource::Mix(vec![of(1.0 - share, own), of(share, second)])
+    let mut all: Vec<Component> = (own.into_iter().map(|(of, own)| ((1.0 - share) * of, own)))
+        .chain([(share, second)])
+        .filter(|(share, _)| *share >= LEAST_SHARE)
+        .map(|(share, spectrum)| Component { share, spectrum })
+        .collect();
+    if all.len() == 1 { all.remove(0).spectrum } else { SpectrumSource::Mix(all) }
 }
 
 /// The least share of a component that a mix names.

@@ -39,7 +39,7 @@ pub enum InverseError {
         known: String,
     },
     /// A prior is not within the parameter's bounds.
-    #[error("a prior of {prior} for {name} is not within {low} to {high}")]
+    #[error("a prior of {prior} for {name} is not within {low:.3} to {high:.3}")]
     Prior {
         /// The parameter.
         name: String,

@@ -55,6 +55,23 @@ impl FacetModel {
     }
 }
 
+impl FacetModel {
+    /// The facets of finer grains than those of a bed, where there are any: of the shipped quartz,
+    /// whose facets are Lambertian.
+    ///
+    /// # Errors
+    /// Never of the shipped powders.
+    pub fn medium(self, grain: &Spectrum) -> Result<Option<Spectrum>, SpectrumError> {
+        let is_coarse = powder(grain) == Spectrum::builtin("quartz_coarse")?;
+        let medium = Spectrum::builtin("quartz_medium")?;
+        Ok(match self {
+            Self::Library if is_coarse => Some(medium),
+            Self::Inverted if is_coarse => Some(inverted(medium)),
+            _ => None,
+        })
+    }
+}
+
 /// The optical constants of the grains.
 const CONSTANTS: &str = "quartz";
 

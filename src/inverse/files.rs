@@ -51,8 +51,9 @@ pub fn write(
         csv.row([observed.um[i].to_string()].into_iter().chain(numbers.map(decimals)));
     }
     output::bytes(&out.join("match.csv"), csv.text().as_bytes())?;
-    let discrepancy = result.answer.discrepancy.standard_deviation;
-    let expected = known.iter().map(|known| SIGMAS_95 * math::hypot(*known, discrepancy)).collect();
+    let discrepancy = result.answer.discrepancy.deviations(fitted);
+    let both = known.iter().zip(discrepancy);
+    let expected = both.map(|(known, of)| SIGMAS_95 * math::hypot(*known, of)).collect();
     let curve = |label: &str, values: &[f64], errors: &[f64]| Curve {
         label: label.into(),
         wavelength_um: observed.um.clone(),
@@ -87,7 +88,7 @@ pub fn write(
     let drawn: Vec<Drawn> = (result.answer.parameters.iter().enumerate())
         .filter(|(_, fitted)| fitted.parameter.prior_standard_deviation > 0.0)
         .map(|(place, fitted)| Drawn {
-            name: fitted.parameter.name.clone(),
+            name: words::name(fitted).to_owned(),
             draws: found.draws.iter().map(|draw| draw[place]).collect(),
             best: fitted.best,
         })

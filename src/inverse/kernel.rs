@@ -1,8 +1,9 @@
-//! Covariances across bands.
+//! Covariances across bands, and their roots.
 
-use nalgebra::DMatrix;
+use nalgebra::{Cholesky, DMatrix, Dyn};
 
 use crate::support::math;
+use crate::support::statistics::{NORMAL_95, quantile_of};
 
 /// Matérn's correlation of order 3/2: smooth curves that forget each other over a length.
 pub fn matern(distance: f64, length: f64) -> f64 {
@@ -29,12 +30,44 @@ fn indexed(n: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..n).flat_map(move |j| (0..n).map(move |i| (i, j)))
 }
 
-/// The covariance of the mean of these curves, all independent and alike.
+/// The covariance of the mean of these curves, all independent and alike. Their number is finite:
+/// the 95 % intervals of a normal distribution with this covariance are those of Student's t.
 pub fn of_mean(curves: &[Vec<f64>]) -> DMatrix<f64> {
     let (n, bands) = (curves.len() as f64, curves[0].len());
+    let wider = (quantile_of(n - 1.0) / NORMAL_95).powi(2);
     let mean = |band: usize| curves.iter().map(|curve| curve[band]).sum::<f64>() / n;
     let off = DMatrix::from_fn(bands, curves.len(), |band, i| curves[i][band] - mean(band));
-    &off * off.transpose() / (n * (n - 1.0))
+    &off * off.transpose() * (wider / (n * (n - 1.0)))
+}
+
+/// The Cholesky factor of a covariance. Where rounding makes it indefinite its diagonal is raised.
+pub fn root(covariance: &DMatrix<f64>) -> Cholesky<f64, Dyn> {
+    let mean = covariance.trace() / covariance.nrows() as f64;
+    let mut raised = 1e-12;
+    loop {
+        if let Some(root) = covariance.clone().cholesky() {
+            return root;
+        }
+        let more = DMatrix::identity(covariance.nrows(), covariance.ncols()) * (raised * mean);
+        if let Some(root) = (covariance + more).cholesky() {
+            return root;
+        }
+        raised *= 10.0;
+    }
+}
+
+/// Solves a system with the lower factor: what has this covariance becomes white.
+pub fn lower_solve<C: nalgebra::Dim>(
+    root: &Cholesky<f64, Dyn>,
+    of: &nalgebra::OMatrix<f64, Dyn, C>,
+) -> nalgebra::OMatrix<f64, Dyn, C>
+where
+    nalgebra::DefaultAllocator: nalgebra::allocator::Allocator<Dyn, C>,
+{
+    let mut solved = of.clone();
+    let is_regular = root.l_dirty().solve_lower_triangular_mut(&mut solved);
+    debug_assert!(is_regular, "a Cholesky factor has no zero on its diagonal");
+    solved
 }
 
 #[cfg(test)]
@@ -46,8 +79,10 @@ mod tests {
         // 1, 3 and 5 have variance 4; the second band is minus half of the first.
         let curves: Vec<Vec<f64>> = [1.0, 3.0, 5.0].map(|v| vec![v, -0.5 * v]).to_vec();
         let found = of_mean(&curves);
-        let expected = DMatrix::from_row_slice(2, 2, &[4.0, -2.0, -2.0, 1.0]) / 3.0;
-        assert!((found - expected).norm() < 1e-14);
+        // Student's t with two degrees of freedom: 4.303 in place of 1.960.
+        let wider = (4.302_653_f64 / 1.959_964).powi(2);
+        let expected = DMatrix::from_row_slice(2, 2, &[4.0, -2.0, -2.0, 1.0]) / 3.0 * wider;
+        assert!((found / expected.norm() - &expected / expected.norm()).norm() < 1e-5);
     }
 
     #[test]

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::estimation::{Discrepancy, Parameter};
+use super::discrepancy::Discrepancy;
+use super::estimation::Parameter;
 use super::facets::FacetModel;
 use super::soil::On;
 use super::warning::Warning;
@@ -121,7 +122,7 @@ pub struct Fit {
     pub autocorrelation: Vec<Autocorrelation>,
     /// Different minima that the starts led to.
     pub minima: usize,
-    /// Whether parameters and discrepancy settled.
+    /// Whether the fit settled.
     pub converged: bool,
 }
 

@@ -5,16 +5,18 @@
 //! correct it: what thinning in place changes is interpolated in straight lines between them. All of
 //! this is a weighted sum of bounce tables. So spectra enter exactly, with exact derivatives.
 
+mod weights;
+
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::estimation::{Evaluated, Model, Parameter};
 use super::kernel;
 use super::thinning::Thinned;
+use weights::Weights;
 use crate::histogram::tally::CELLS;
 use crate::histogram::{Histogram, Shares};
 use crate::spectrum::{Spectrum, SpectrumError, kirchhoff};
-use crate::support::hermite;
 use crate::table::TableMaterial;
 use crate::table::materials::reflectances;
 
@@ -101,9 +103,6 @@ pub struct LargeShare {
     pub usual: f64,
 }
 
-/// Covers that differ by less are taken as one where beds were dropped anew.
-const ALIKE: f64 = 0.12;
-
 /// Places of the parameters.
 pub const COVER: usize = 0;
 /// Share of the second component.
@@ -112,6 +111,8 @@ pub const SECOND: usize = 1;
 pub const LEVEL: usize = 2;
 /// Share of the large fines.
 pub const LARGE: usize = 3;
+/// Share of the grains' facets that have the spectrum of finer grains.
+pub const MEDIUM: usize = 4;
 
 /// The forward model.
 pub struct Soil {
@@ -123,26 +124,14 @@ pub struct Soil {
     roles: Vec<Role>,
     /// By band, the reflectance of each symbol without the second component.
     reflectances: Vec<Vec<f64>>,
+    /// By band, the reflectance of facets of finer grains; none where it is not known.
+    medium: Option<Vec<f64>>,
     /// By band, the standard error of the facets' emissivity: of fines, of grains.
     errors: Vec<[f64; 2]>,
     full: Vec<FullBed>,
     fresh: Vec<Thinned>,
     /// The histograms of all steps of all full beds, of the mixes, then of the fresh ones.
     shares: Shares,
-}
-
-/// Weights of the histograms in a sum, and their derivatives in the cover and in the large fines.
-struct Weights {
-    value: Vec<f64>,
-    by_cover: Vec<f64>,
-    by_large: Vec<f64>,
-}
-
-impl Weights {
-    fn none(number: usize) -> Self {
-        let none = vec![0.0; number];
-        Self { value: none.clone(), by_cover: none.clone(), by_large: none }
-    }
 }
 
 impl Soil {
@@ -155,6 +144,7 @@ impl Soil {
         parameters: Vec<Parameter>,
         second: Second,
         (materials, roles): (&[TableMaterial], &[Role]),
+        medium: Option<&Spectrum>,
         full: Vec<FullBed>,
         fresh: Vec<Thinned>,
     ) -> Result<Self, SpectrumError> {
@@ -166,6 +156,9 @@ impl Soil {
             place.map_or(Ok(0.0), |i| known_error(spectra[i], um))
         };
         let errors = um.iter().map(|&um| Ok([error(Role::Fines, um)?, error(Role::Grains, um)?]));
+        let reflectance = |spectrum: &Spectrum| -> Result<Vec<f64>, SpectrumError> {
+            um.iter().map(|&um| Ok(kirchhoff(spectrum.emissivity(um)?))).collect()
+        };
         let symbols = roles.iter().flat_map(|&role| vec![role; kept.of_material()]);
         Ok(Self {
             um: um.to_vec(),
@@ -174,6 +167,7 @@ impl Soil {
             roles_of_materials: roles.to_vec(),
             roles: symbols.collect(),
             reflectances: reflectances(&spectra, kept, um)?,
+            medium: medium.map(reflectance).transpose()?,
             errors: errors.collect::<Result<_, SpectrumError>>()?,
             shares: Shares::of(&histograms),
             full,
@@ -226,96 +220,6 @@ impl Soil {
         self.fresh.iter().enumerate().map(of).collect()
     }
 
-    /// The weights of the histograms for a cover and a share of large fines.
-    fn weights(&self, cover: f64, large: f64) -> Weights {
-        let number = all(&self.full, &self.fresh).count();
-        let mut of = Weights::none(number);
-        self.add_thinned(&mut of, cover, [1.0, 0.0], true);
-        self.add_large(&mut of, cover, large);
-        let groups = self.groups();
-        // The places of what is dropped anew; there is nothing to correct at full cover.
-        let mut places: Vec<f64> = groups.iter().map(|(cover, _)| *cover).collect();
-        places.push(Self::covers(&self.full)[1]);
-        let first = number - self.fresh.len();
-        for (i, (_, beds)) in groups.iter().enumerate() {
-            let (share, slope) = hat(&places, i, cover);
-            if (share, slope) == (0.0, 0.0) {
-                continue;
-            }
-            let each = 1.0 / beds.len() as f64;
-            for &bed in beds {
-                // The correction there: fresh less thinned.
-                let at = self.fresh[bed].cover;
-                self.add_thinned(&mut of, at, [-share * each, -slope * each], false);
-                of.value[first + bed] += share * each;
-                of.by_cover[first + bed] += slope * each;
-            }
-        }
-        of
-    }
-
-    /// Adds the thinned beds at a cover, times a factor that may itself have a slope in the cover.
-    fn add_thinned(&self, to: &mut Weights, cover: f64, [factor, slope]: [f64; 2], moves: bool) {
-        let beds = self.full.len() as f64;
-        let mut first = 0;
-        for bed in &self.full {
-            let covers: Vec<f64> = bed.steps.iter().map(|step| step.cover).collect();
-            let (value, by_cover) = hermite::weights(&covers, cover);
-            for (i, (value, by_cover)) in value.iter().zip(&by_cover).enumerate() {
-                let moved = if moves { factor * by_cover } else { 0.0 };
-                to.value[first + i] += factor * value / beds;
-                to.by_cover[first + i] += (slope * value + moved) / beds;
-            }
-            first += covers.len() + bed.fewer_large.len();
-        }
-    }
-
-    /// Adds the effect of the share of large fines: linear in it, interpolated over the cover.
-    fn add_large(&self, to: &mut Weights, cover: f64, large: f64) {
-        let beds = self.full.len() as f64;
-        let mut first = 0;
-        for bed in &self.full {
-            let others: Vec<f64> = bed.fewer_large.iter().map(|(step, _)| step.cover).collect();
-            let covers: Vec<f64> = bed.steps.iter().map(|step| step.cover).collect();
-            let own = first + covers.len();
-            first = own + others.len();
-            if others.is_empty() {
-                continue;
-            }
-            let (value, by_cover) = hermite::weights(&others, cover);
-            for (i, (step, LargeShare { here, usual })) in bed.fewer_large.iter().enumerate() {
-                let per_share = 1.0 / ((usual - here) * beds);
-                let (of, more) = (value[i] * per_share, large - usual);
-                let by_cover = by_cover[i] * per_share;
-                let mut add = |place: usize, sign: f64| {
-                    to.value[place] += sign * of * more;
-                    to.by_cover[place] += sign * by_cover * more;
-                    to.by_large[place] += sign * of;
-                };
-                add(own + i, -1.0);
-                // The same cover with the usual share.
-                let (same, _) = hermite::weights(&covers, step.cover);
-                same.iter().enumerate().for_each(|(i, w)| add(own - covers.len() + i, *w));
-            }
-        }
-    }
-
-    /// The fresh beds in groups of nearly one cover: their mean cover and their numbers. Beds that
-    /// differ by chance at nearly the same cover would make a false slope between them; for the same
-    /// reason those near full cover are left out.
-    fn groups(&self) -> Vec<(f64, Vec<usize>)> {
-        let top = Self::covers(&self.full)[1];
-        let cover = |bed: usize| self.fresh[bed].cover;
-        let mut order: Vec<usize> =
-            (0..self.fresh.len()).filter(|&bed| cover(bed) <= top - ALIKE).collect();
-        order.sort_by(|&a, &b| cover(a).total_cmp(&cover(b)));
-        let of = |beds: &[usize]| {
-            let sum: f64 = beds.iter().map(|&bed| cover(bed)).sum();
-            (sum / beds.len() as f64, beds.to_vec())
-        };
-        order.chunk_by(|&a, &b| cover(b) - cover(a) < ALIKE).map(of).collect()
-    }
-
     /// The share of the second component on facets of a role.
     fn share_on(&self, role: Role, share: f64) -> f64 {
         match (self.second.on, role) {
@@ -329,14 +233,28 @@ impl Soil {
         kirchhoff(self.second.emissivity.as_ref().map_or(x[LEVEL], |of| of[band]))
     }
 
+    /// What the facets of finer grains reflect more than those of a symbol.
+    fn medium(&self, band: usize, rho: f64, role: Role) -> f64 {
+        match &self.medium {
+            Some(medium) if role == Role::Grains => medium[band] - rho,
+            _ => 0.0,
+        }
+    }
+
+    /// The reflectance of each symbol without the second component.
+    fn pure(&self, band: usize, x: &[f64]) -> Vec<f64> {
+        let all = self.reflectances[band].iter().zip(&self.roles);
+        all.map(|(&rho, &role)| rho + x[MEDIUM] * self.medium(band, rho, role)).collect()
+    }
+
     /// The reflectance of each symbol with the second component.
     fn mixed(&self, band: usize, x: &[f64]) -> Vec<f64> {
         let second = self.second(band, x);
-        let of = |(rho, role): (&f64, &Role)| {
+        let of = |(rho, role): (f64, &Role)| {
             let share = self.share_on(*role, x[SECOND]);
             (1.0 - share) * rho + share * second
         };
-        self.reflectances[band].iter().zip(&self.roles).map(of).collect()
+        self.pure(band, x).into_iter().zip(&self.roles).map(of).collect()
     }
 }
 
@@ -344,24 +262,6 @@ impl Soil {
 fn all<'a>(full: &'a [FullBed], fresh: &'a [Thinned]) -> impl Iterator<Item = &'a Thinned> {
     let fewer = |bed: &'a FullBed| bed.fewer_large.iter().map(|(step, _)| step);
     full.iter().flat_map(move |bed| bed.steps.iter().chain(fewer(bed))).chain(fresh)
-}
-
-/// The value and the slope of the curve of straight lines that is 1 at one place and 0 at all
-/// others; constant beyond the ends.
-fn hat(places: &[f64], number: usize, at: f64) -> (f64, f64) {
-    let here = places[number];
-    if at <= here {
-        return match number.checked_sub(1).map(|before| places[before]) {
-            None => (1.0, 0.0),
-            Some(before) if at <= before => (0.0, 0.0),
-            Some(before) => ((at - before) / (here - before), 1.0 / (here - before)),
-        };
-    }
-    match places.get(number + 1) {
-        None => (1.0, 0.0),
-        Some(after) if at >= *after => (0.0, 0.0),
-        Some(after) => ((after - at) / (after - here), -1.0 / (after - here)),
-    }
 }
 
 impl Model for Soil {
@@ -377,27 +277,34 @@ impl Model for Soil {
         let of = |band: usize| {
             let rho = self.mixed(band, x);
             let second = self.second(band, x);
-            let pure = &self.reflectances[band];
+            let pure = self.pure(band, x);
             let by_share: Vec<f64> = (pure.iter().zip(&self.roles))
                 .map(|(pure, role)| self.share_on(*role, 1.0) * (second - pure))
+                .collect();
+            let by_medium: Vec<f64> = (self.reflectances[band].iter().zip(&self.roles))
+                .map(|(&rho, &role)| {
+                    (1.0 - self.share_on(role, x[SECOND])) * self.medium(band, rho, role)
+                })
                 .collect();
             // A level of emissivity lowers the reflectance.
             let by_level: Vec<f64> =
                 self.roles.iter().map(|role| -self.share_on(*role, x[SECOND])).collect();
-            let sum = self.shares.weight(&mixtures, &rho, &[&by_share, &by_level]);
+            let sum = self.shares.weight(&mixtures, &rho, &[&by_share, &by_level, &by_medium]);
             let level = if self.second.emissivity.is_none() { -sum.slopes[1] } else { 0.0 };
-            (1.0 - sum.values[0], [-sum.values[1], -sum.slopes[0], level, -sum.values[2]])
+            let [share, medium] = [-sum.slopes[0], -sum.slopes[2]];
+            (1.0 - sum.values[0], [-sum.values[1], share, level, -sum.values[2], medium])
         };
-        let bands: Vec<(f64, [f64; 4])> = (0..self.um.len()).into_par_iter().map(of).collect();
+        let bands: Vec<(f64, [f64; 5])> = (0..self.um.len()).into_par_iter().map(of).collect();
         Evaluated {
             bands: bands.iter().map(|(value, _)| *value).collect(),
-            slopes: (0..4).map(|i| bands.iter().map(|(_, slopes)| slopes[i]).collect()).collect(),
+            slopes: (0..5).map(|i| bands.iter().map(|(_, slopes)| slopes[i]).collect()).collect(),
         }
     }
 
-    /// Spread of the beds and errors of the facets' spectra.
+    /// Spread of the beds and errors of the facets' spectra. What was seen may be as small as one
+    /// bed, with a chance of its own.
     fn covariance(&self, x: &[f64]) -> DMatrix<f64> {
-        self.spread(x) + self.of_spectra(x)
+        self.spread(x) * (1.0 + self.full.len() as f64) + self.of_spectra(x)
     }
 }
 

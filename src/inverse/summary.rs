@@ -1,9 +1,11 @@
 //! From an estimation to what is reported of it.
 
 use nalgebra::DMatrix;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::Warning;
-use super::estimation::{Estimation, Fitting, Model, Observed, chance};
+use super::discrepancy::root_mean_square;
+use super::estimation::{Estimation, Fitting, Model, Observed};
 use super::facets::FacetModel;
 use super::result::{Autocorrelation, ChiSquare, Fit, Fitted, Match, Profile};
 use super::soil::COVER;
@@ -60,7 +62,7 @@ pub fn fit(
         covariance: rows(&covariance),
         averaging_kernel: rows(&found.averaging),
         degrees_of_freedom,
-        rms: rms(&residuals),
+        rms: root_mean_square(&residuals),
         discrepancy: found.discrepancy,
         known_errors: chi_square(found.chi_square[0]),
         with_discrepancy: chi_square(found.chi_square[1]),
@@ -105,8 +107,9 @@ pub fn residuals(observed: &Observed, found: &Estimation) -> Vec<f64> {
     observed.bands.iter().zip(fitted).map(|(seen, fitted)| seen - fitted).collect()
 }
 
-fn rms(residuals: &[f64]) -> f64 {
-    (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt()
+/// The probability of a chi-square as great or greater by chance.
+fn chance(chi_square: f64, freedom: f64) -> f64 {
+    ChiSquared::new(freedom.max(1.0)).map_or(1.0, |of| of.sf(chi_square))
 }
 
 /// The covariance of draws.
@@ -120,7 +123,7 @@ fn covariance(draws: &[Vec<f64>]) -> DMatrix<f64> {
 
 /// The correlation of pairs of residuals by their distance.
 fn autocorrelation(um: &[f64], residuals: &[f64]) -> Vec<Autocorrelation> {
-    let variance = rms(residuals).powi(2);
+    let variance = root_mean_square(residuals).powi(2);
     let mut from = 0.0;
     let mut all = Vec::new();
     for to in DISTANCES_UM {

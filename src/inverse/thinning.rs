@@ -181,7 +181,8 @@ pub fn cover(tracer: &Tracer, scene: &Scene, roles: &Roles) -> f64 {
     };
     let covers: Vec<f64> = bed.meshes.iter().map(of_mesh).collect();
     let sum: f64 = bed.placements.iter().map(|place| covers[place.mesh]).sum();
-    sum / bed.placements.len() as f64
+    // A sum of nothing is -0.
+    (sum / bed.placements.len() as f64).abs()
 }
 
 /// The bed with these shares of its fines, each traced by the same paths.

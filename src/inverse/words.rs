@@ -3,27 +3,28 @@
 use super::Warning;
 use super::result::{Fit, Fitted, Match};
 
-/// The names of parameters for people.
-fn name(fitted: &Fitted) -> &str {
+/// The name of a parameter for people.
+pub fn name(fitted: &Fitted) -> &str {
     match fitted.parameter.name.as_str() {
         "cover" => "cover with fines",
         "second" => "second component",
         "level" => "its emissivity",
         "large_fines" => "large fines",
+        "medium_grains" => "medium grains",
         "fines" => "fines",
         "flat" => "flat component",
         other => other,
     }
 }
 
-/// A parameter with its error.
+/// A parameter with its error: mean and standard deviation of the posterior.
 fn parameter(fitted: &Fitted) -> String {
-    let Fitted { best, standard_error, parameter, .. } = fitted;
+    let Fitted { mean, standard_error, parameter, .. } = fitted;
     let decimals = if parameter.unit.is_empty() { 2 } else { 3 };
     let unit =
         if parameter.unit.is_empty() { String::new() } else { format!(" {}", parameter.unit) };
     let mut text =
-        format!("{} {best:.decimals$} +- {standard_error:.decimals$}{unit}", name(fitted));
+        format!("{} {mean:.decimals$} +- {standard_error:.decimals$}{unit}", name(fitted));
     if fitted.degrees_of_freedom < 0.5 {
         text += " (not told by these bands)";
     }
@@ -47,10 +48,11 @@ pub fn answer(result: &Match) -> String {
 fn quality(fit: &Fit) -> String {
     let Fit { rms, discrepancy, known_errors, degrees_of_freedom, .. } = fit;
     format!(
-        "RMS {rms:.4}; model discrepancy {:.4} over {} um; chi-square with known errors alone \
+        "RMS {rms:.4}; model discrepancy {:.4} over {} um{}; chi-square with known errors alone \
          {:.0} of {:.0} (p {:.3}); {degrees_of_freedom:.2} degrees of freedom",
         discrepancy.standard_deviation,
         discrepancy.length_um,
+        if discrepancy.by_depth { ", by the features' depth" } else { "" },
         known_errors.value,
         known_errors.freedom,
         known_errors.p,
@@ -74,14 +76,15 @@ pub fn page(result: &Match) -> String {
         second.on.name()
     );
     for fitted in &result.answer.parameters {
-        let Fitted { parameter, best, standard_error, interval_95: [low, high], .. } = fitted;
+        let Fitted { parameter, best, mean, standard_error, .. } = fitted;
+        let [low, high] = fitted.interval_95;
         if parameter.prior_standard_deviation == 0.0 {
-            text += &format!("  {:12} {best:.4}, given\n", parameter.name);
+            text += &format!("  {:13} {best:.4}, given\n", parameter.name);
             continue;
         }
         text += &format!(
-            "  {:12} {best:.4} +- {standard_error:.4}, 95 % {low:.4} to {high:.4}; prior {:.4} +- \
-             {:.4}; {:.2} degrees of freedom{}\n",
+            "  {:13} {mean:.4} +- {standard_error:.4}, 95 % {low:.4} to {high:.4}, best fit \
+             {best:.4}; prior {:.4} +- {:.4}; {:.2} degrees of freedom{}\n",
             parameter.name,
             parameter.prior,
             parameter.prior_standard_deviation,

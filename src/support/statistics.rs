@@ -25,6 +25,9 @@ pub fn quantile_of(freedom: f64) -> f64 {
     (t.inverse_cdf(0.975) * 1e9).round() / 1e9
 }
 
+/// The same of a normal distribution.
+pub const NORMAL_95: f64 = 1.959_964;
+
 /// Half-width of the 95 % interval of the mean of `values`, one per packing; `None` for fewer than
 /// two.
 pub fn half_width(values: &[f64]) -> Option<f64> {

@@ -10,7 +10,7 @@ use soilsig::histogram::tally::Kept;
 use soilsig::inverse::beds::{self, Settled, Traced};
 use soilsig::inverse::estimation::{Fitting, Model, Observed, Parameter};
 use soilsig::inverse::facets::FacetModel;
-use soilsig::inverse::soil::{COVER, LARGE, LEVEL, On, Role, SECOND, Second, Soil};
+use soilsig::inverse::soil::{COVER, LARGE, LEVEL, MEDIUM, On, Role, SECOND, Second, Soil};
 use soilsig::inverse::thinning::{self, Fines, Paths};
 use soilsig::radiometry::planck;
 use soilsig::scene::{Scene, shipped as recipes};
@@ -78,10 +78,13 @@ fn soil_of(traced: &Traced, facets: FacetModel, on: On, second: Option<Vec<f64>>
         parameter("second", 0.3, 0.3, [0.0, 0.95]),
         parameter("level", 0.95, 0.02, [0.8, 1.0]),
         parameter("large_fines", *large_share, 0.0, [0.0, 0.6]),
+        parameter("medium_grains", 0.0, 0.0, [0.0, 1.0]),
     ];
     let second = Second { emissivity: second, on };
     let (full, fresh) = (full.clone(), fresh.clone());
-    Soil::new(&um(), parameters, second, (&materials(facets), roles), full, fresh)
+    let materials = materials(facets);
+    let medium = facets.medium(&materials[1].spectrum).expect("shipped");
+    Soil::new(&um(), parameters, second, (&materials, roles), medium.as_ref(), full, fresh)
         .expect("in range")
 }
 
@@ -109,9 +112,9 @@ fn every_derivative_of_the_traced_model_is_that_of_differences() {
     ] {
         let has_level = second.is_none();
         let model = soil(facets, on, second);
-        let x = [0.43 * top, 0.3, 0.95, 0.15];
+        let x = [0.43 * top, 0.3, 0.95, 0.15, 0.2];
         let slopes = model.evaluate(&x).slopes;
-        for place in [COVER, SECOND, LEVEL, LARGE] {
+        for place in [COVER, SECOND, LEVEL, LARGE, MEDIUM] {
             let step = 1e-6;
             let moved = |step: f64| {
                 let mut x = x;
@@ -129,7 +132,11 @@ fn every_derivative_of_the_traced_model_is_that_of_differences() {
                 largest = largest.max(found.abs());
             }
             // The patch has too few fines for their sizes to tell.
-            assert!(largest > 1e-3 || place == LARGE || !has_level, "{facets:?} {place}");
+            let has_none = place == MEDIUM && facets == FacetModel::Fresnel;
+            assert!(
+                largest > 1e-3 || place == LARGE || !has_level || has_none,
+                "{facets:?} {place}"
+            );
         }
     }
 }
@@ -157,7 +164,7 @@ fn the_model_at_a_cover_is_what_a_trace_of_that_bed_gives() {
         let plain = thinning::steps(&bed, &scene, &fines, paths, &[[kept; 2]], &Unwatched);
         let plain = &plain.expect("traced")[0];
         let found =
-            model.evaluate(&[plain.cover, 0.0, 0.95, traced(FacetModel::Library).large_share]);
+            model.evaluate(&[plain.cover, 0.0, 0.95, traced(FacetModel::Library).large_share, 0.0]);
         let spectra = bands(FacetModel::Library);
         for (band, rho) in spectra.iter().enumerate() {
             let weight = plain.histogram.weight(rho);
@@ -197,7 +204,7 @@ fn twins(truths: &Soil, model: &Soil, which: Range<u32>) -> ([u32; 2], [f64; 2])
     let (mut held, mut errors) = ([0, 0], [0.0; 2]);
     for twin in which {
         let [a, b] = [0.618_034, 0.754_878].map(|step| (f64::from(twin) * step).fract());
-        let truth = [top * (0.05 + 0.9 * a), 0.05 + 0.5 * b, 0.95, model.parameters()[LARGE].prior];
+        let truth = [top * (0.05 + 0.9 * a), 0.05 + 0.5 * b, 0.95, model.parameters()[LARGE].prior, 0.0];
         let off = bumps(&um, 0.008, &mut random);
         let clean = truths.evaluate(&truth).bands;
         let bands = clean.iter().zip(&off).map(|(e, off)| e + off + 0.003 * random.normal());
@@ -246,12 +253,18 @@ fn two_hundred_twins() {
         monitor: &Unwatched,
     };
     let facets = FacetModel::Inverted;
+    // The beds of each cover follow each other. Each is traced once.
+    let all = trace(&source.settle().expect("dropped"), facets, &cache);
     let of = |keeps: &dyn Fn(usize) -> bool| {
-        // The beds of each cover follow each other.
-        let beds = source.settle().expect("dropped").into_iter().enumerate();
-        let kept: Vec<Settled> =
-            beds.filter(|(i, _)| keeps(i % BEDS)).map(|(_, bed)| bed).collect();
-        soil_of(&trace(&kept, facets, &cache), facets, On::All, None)
+        let full = (all.full.iter().enumerate()).filter(|(i, _)| keeps(*i));
+        let fresh = (all.fresh.iter().enumerate()).filter(|(i, _)| keeps(i % BEDS));
+        let kept = Traced {
+            full: full.map(|(_, bed)| bed.clone()).collect(),
+            fresh: fresh.map(|(_, bed)| bed.clone()).collect(),
+            roles: all.roles.clone(),
+            large_share: all.large_share,
+        };
+        soil_of(&kept, facets, On::All, None)
     };
     let mut sums = [([0, 0], [0.0; 2]); 3];
     for model in 0..BEDS {
@@ -261,6 +274,7 @@ fn two_hundred_twins() {
         for (sum, truth) in sums.iter_mut().zip(&truths) {
             let first = model as u32 * EACH;
             let (held, errors) = twins(truth.as_ref().unwrap_or(&ours), &ours, first..first + EACH);
+            println!("model {model}: {held:?} of {EACH}, {errors:.3?}");
             for i in 0..2 {
                 sum.0[i] += held[i];
                 sum.1[i] += errors[i] / BEDS as f64;
@@ -292,7 +306,7 @@ fn a_match_writes_its_files_and_gives_the_same_bytes_again() {
     let place = Place::new();
     let model = soil(FacetModel::Inverted, On::All, None);
     let top = Soil::covers(&traced(FacetModel::Inverted).full)[1];
-    let curve = model.evaluate(&[0.6 * top, 0.2, 0.95, 0.2]).bands;
+    let curve = model.evaluate(&[0.6 * top, 0.2, 0.95, 0.2, 0.0]).bands;
     let um = um();
     signature(&place, "soil.csv", |at| curve[um.iter().position(|um| *um == at).expect("a band")]);
     let scene = shipped("settled_patch.json");
@@ -324,7 +338,7 @@ fn radiance_gives_the_soil_and_its_temperature() {
     let model = soil(FacetModel::Library, On::All, None);
     let top = Soil::covers(&traced(FacetModel::Library).full)[1];
     let truth = [0.5 * top, 0.25, 0.95];
-    let curve = model.evaluate(&[truth[0], truth[1], truth[2], 0.2]).bands;
+    let curve = model.evaluate(&[truth[0], truth[1], truth[2], 0.2, 0.0]).bands;
     let mut random = Noise(11);
     let (mut sky, mut radiance) = (String::new(), String::new());
     for (um, emissivity) in um().into_iter().zip(curve) {

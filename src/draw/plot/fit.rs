@@ -6,7 +6,7 @@ use super::curve::Curve;
 use super::label::Area;
 use super::legend::Pen;
 use super::page::{Layout, Page};
-use super::svg::{Anchor, Point, Svg};
+use super::svg::{Anchor, Point, Svg, wrapped};
 
 /// A fit of a curve.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,8 +104,14 @@ pub struct Drawn {
     pub best: f64,
 }
 
-const CELL: f64 = 150.0;
+const CELL: f64 = 160.0;
+/// Between cells of a corner plot, so that the labels of neighbours stay apart.
+const APART: f64 = 24.0;
 const EDGE: (f64, f64) = (64.0, 40.0);
+/// Height of a line of the title.
+const LINE: f64 = 20.0;
+/// Labels of an axis, about.
+const TICKS: f64 = 5.0;
 const BINS: usize = 24;
 /// Points of a cloud.
 const POINTS: usize = 700;
@@ -114,21 +120,25 @@ const POINTS: usize = 700;
 pub fn posterior_svg(title: &str, parameters: &[Drawn]) -> String {
     let n = parameters.len();
     let size = CELL * n as f64;
-    let mut svg = Svg::new(EDGE.0 + size + 20.0, EDGE.1 + size + 52.0, title);
-    svg.text((EDGE.0, 24.0), Anchor::Start, 15.0, title);
+    let lines = wrapped(title, 15.0, size);
+    let first = EDGE.1 + LINE * (lines.len() - 1) as f64;
+    let mut svg = Svg::new(EDGE.0 + size + 20.0, first + size + 52.0, title);
+    for (number, line) in lines.iter().enumerate() {
+        svg.text((EDGE.0, 24.0 + LINE * number as f64), Anchor::Start, 15.0, line);
+    }
     let ranges: Vec<(f64, f64)> =
         parameters.iter().map(|p| around(p.draws.iter().copied().chain([p.best]))).collect();
     for row in 0..n {
         for column in 0..=row {
             let left = EDGE.0 + CELL * column as f64;
-            let top = EDGE.1 + CELL * row as f64;
-            let (right, bottom) = (left + CELL - 10.0, top + CELL - 10.0);
-            let x = Axis::linear(ranges[column], (left, right), 3.0);
+            let top = first + CELL * row as f64;
+            let (right, bottom) = (left + CELL - APART, top + CELL - APART);
+            let x = Axis::linear(ranges[column], (left, right), TICKS);
             let frame = "fill='none' stroke='#1a1a1a' stroke-width='0.9'";
             if row == column {
                 histogram(&mut svg, &parameters[row], &x, (top, bottom));
             } else {
-                let y = Axis::linear(ranges[row], (bottom, top), 3.0);
+                let y = Axis::linear(ranges[row], (bottom, top), TICKS);
                 cloud(&mut svg, [&parameters[column], &parameters[row]], [&x, &y]);
                 if column == 0 {
                     ticks(&mut svg, &y, |at| ((left, at), (left - 4.0, at + 4.0), Anchor::End));
