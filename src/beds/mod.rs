@@ -235,7 +235,7 @@ impl Order<'_> {
         monitor: &dyn Monitor,
         on_event: &dyn Fn(&Event),
     ) -> Result<(), Failed> {
-        let scratch = cache.scratch().map_err(Error::from)?;
+        let scratch = cache.scratch()?;
         let mut args: Vec<OsString> = Vec::new();
         for &bed in lot {
             args.extend(["--scene".into(), self.write_recipe(bed, scratch.path())?.into()]);

@@ -192,7 +192,7 @@ fn rounds(now: Beds, next: Beds) -> f64 {
 /// Seconds that one thread takes for a bed of hulls with its trace, by the shipped recipes (docs:
 /// stages): what is known before the first bed.
 fn bed_seconds(packing: &Packing) -> f64 {
-    0.035 * packing.grains.iter().map(|grain| grain.count as f64).sum::<f64>()
+    0.035 * packing.grains.iter().map(|grain| f64::from(grain.count)).sum::<f64>()
 }
 
 #[cfg(test)]

@@ -390,6 +390,7 @@ mod tests {
     /// Beds of Blender are not normally distributed, and their bands and levels go together as
     /// they do.
     #[test]
+    #[expect(clippy::print_stdout, reason = "the table of docs/measurements/tolerances.md")]
     fn the_intervals_of_planned_runs_hold_on_beds_of_blender() {
         let pools = Pool::read();
         assert_eq!(pools.len(), 4);
