@@ -289,6 +289,7 @@ const PROMISES: &[(&str, &str, &str)] = &[
         "tests/it/strangers.rs",
         "names_of_strangers_do_not_steer_the_terminal",
     ),
+    ("A name of any length is printed", "tests/it/strangers.rs", "a_name_of_any_length_is_printed"),
     (
         "Temporary folders are of their owner alone",
         "src/support/scratch.rs",
@@ -474,6 +475,11 @@ const PROMISES: &[(&str, &str, &str)] = &[
         "glTF instances are placed",
         "tests/it/gltf_files.rs",
         "instances_on_the_graphics_card_are_placed",
+    ),
+    (
+        "Figures of the documents come from their commands",
+        "tests/it/guide.rs",
+        "figures_of_the_documents_are_those_of_their_commands",
     ),
     (
         "glTF morph targets are added",
