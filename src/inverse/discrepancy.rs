@@ -33,8 +33,11 @@ impl Discrepancy {
     pub fn grid() -> Vec<Self> {
         let of = |by_depth: bool| {
             LENGTHS_UM.into_iter().flat_map(move |length_um| {
-                DEVIATIONS
-                    .map(|standard_deviation| Self { standard_deviation, length_um, by_depth })
+                DEVIATIONS.map(|standard_deviation| Self {
+                    standard_deviation,
+                    length_um,
+                    by_depth,
+                })
             })
         };
         of(false).chain(of(true)).collect()

@@ -13,12 +13,12 @@ use rayon::prelude::*;
 use super::estimation::{Evaluated, Model, Parameter};
 use super::kernel;
 use super::thinning::Thinned;
-use weights::Weights;
 use crate::histogram::tally::CELLS;
 use crate::histogram::{Histogram, Shares};
 use crate::spectrum::{Spectrum, SpectrumError, kirchhoff};
 use crate::table::TableMaterial;
 use crate::table::materials::reflectances;
+use weights::Weights;
 
 /// Cells of a view.
 const ALL_CELLS: usize = (CELLS * CELLS) as usize;

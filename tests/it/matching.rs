@@ -204,7 +204,8 @@ fn twins(truths: &Soil, model: &Soil, which: Range<u32>) -> ([u32; 2], [f64; 2])
     let (mut held, mut errors) = ([0, 0], [0.0; 2]);
     for twin in which {
         let [a, b] = [0.618_034, 0.754_878].map(|step| (f64::from(twin) * step).fract());
-        let truth = [top * (0.05 + 0.9 * a), 0.05 + 0.5 * b, 0.95, model.parameters()[LARGE].prior, 0.0];
+        let truth =
+            [top * (0.05 + 0.9 * a), 0.05 + 0.5 * b, 0.95, model.parameters()[LARGE].prior, 0.0];
         let off = bumps(&um, 0.008, &mut random);
         let clean = truths.evaluate(&truth).bands;
         let bands = clean.iter().zip(&off).map(|(e, off)| e + off + 0.003 * random.normal());

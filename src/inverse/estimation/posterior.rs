@@ -154,9 +154,8 @@ impl Fitting<'_> {
         let chi_square =
             [&known, &all].map(|covariance| lower_solve(&root(covariance), &off).norm_squared());
         let p = self.free.len();
-        let [by_fit, by_all] = [&told.by_weights, &told.information].map(|information| {
-            root(&(information + DMatrix::identity(p, p))).inverse()
-        });
+        let [by_fit, by_all] = [&told.by_weights, &told.information]
+            .map(|information| root(&(information + DMatrix::identity(p, p))).inverse());
         // In units of the priors' standard deviations.
         let kernel = &by_all * &told.information;
         let sd = |i: usize| self.parameter(i).prior_standard_deviation;

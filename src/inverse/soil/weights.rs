@@ -54,7 +54,13 @@ impl Soil {
     }
 
     /// Adds the thinned beds at a cover, times a factor that may itself have a slope in the cover.
-    pub(super) fn add_thinned(&self, to: &mut Weights, cover: f64, [factor, slope]: [f64; 2], moves: bool) {
+    pub(super) fn add_thinned(
+        &self,
+        to: &mut Weights,
+        cover: f64,
+        [factor, slope]: [f64; 2],
+        moves: bool,
+    ) {
         let beds = self.full.len() as f64;
         let mut first = 0;
         for bed in &self.full {
