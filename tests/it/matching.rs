@@ -236,7 +236,7 @@ fn twins_lie_within_their_intervals() {
 /// saw, and of the mean of seven. The mean is the soil, as far as they tell; one bed has its own
 /// chance, which the fit does not count. Each of eight beds is the model once.
 #[test]
-#[ignore = "takes an hour, and a Blender"]
+#[ignore = "takes a quarter of an hour, and a Blender"]
 fn two_hundred_twins() {
     const BEDS: usize = 8;
     const EACH: u32 = 200 / BEDS as u32;
