@@ -195,6 +195,13 @@ fn a_pit_is_read_from_text_and_from_binary_files() {
 }
 
 #[test]
+fn a_buffer_that_is_no_file_is_refused() {
+    let text = File::pit().text("../../dev/zero");
+    let error = load(&[("m.gltf", text.as_bytes())], PROTOTYPE).expect_err("it never ends");
+    assert!(error.to_string().contains("plain file"), "{error}");
+}
+
+#[test]
 fn a_buffer_is_found_by_its_encoded_or_its_plain_name() {
     let file = File::pit();
     for (name, uri) in [

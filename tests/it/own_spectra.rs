@@ -164,6 +164,8 @@ fn a_word_or_sign_that_changes_a_quantity_makes_it_unclear() {
         "spectral reflectance",
         "diffuse reflectance",
         "reflectance of roots",
+        "quartz sand reflectance",
+        "Reflectance (soil, dry)",
         "reflectance, sample 1-b",
         "Reflectance / 1",
         "Reflectance (0-1)",

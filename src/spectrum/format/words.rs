@@ -181,6 +181,12 @@ const BESIDE: &str = "\
     measured mean median nadir normal relative smoothed spectral spectrale spectrum spektral \
     spektrale spektraler espectral spettrale surface the thermal tir to total unit unitless \
     units value values wl y \u{3bb}";
+/// Words of what was measured.
+const SAMPLES: &str = "\
+    albite alunite andesite anorthite basalt calcite clay coarse corundum desert dolomite dry dune \
+    feldspar fine fines forsterite glass grain grains granite gypsum hematite ice kaolinite \
+    limestone loam medium mineral montmorillonite olivine plagioclase powder pyroxene quartz \
+    quartzite regolith rock sample sand sandstone sandy silica silt snow soil vegetation water wet";
 const ERRORS: &str = "std stdev stddev sd sigma error errors err uncertainty unc deviation se";
 
 /// What the heading of a column says.
@@ -287,6 +293,7 @@ fn is_plain_label(text: &str) -> bool {
             && !(is_symbol(token.word) && token.after.starts_with(|c: char| c.is_ascii_digit()))
             || is_percent_word(token.word)
             || is_in(BESIDE, token.word)
+            || is_in(SAMPLES, token.word)
     };
     tokens(label).iter().all(is_known)
         && label.char_indices().all(|(at, c)| {
