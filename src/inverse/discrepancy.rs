@@ -83,9 +83,9 @@ mod tests {
             let covariance = of.with(&none, &um, &fitted);
             assert!((covariance.trace() / 9.0 - 4e-4).abs() < 1e-12);
             let [flat, deep] = [0, 3].map(|i: usize| covariance[(i, i)].sqrt());
-            // Depths of 0 and .4; their root mean square is .1935.
-            let expected = if by_depth { (0.4 + 0.0387) / 0.0387 } else { 1.0 };
-            assert!((deep / flat / expected - 1.0).abs() < 1e-2, "{}", deep / flat);
+            // Depths of 0 and .4; their root mean square is .18673.
+            let expected = if by_depth { (0.4 + 0.037_346) / 0.037_346 } else { 1.0 };
+            assert!((deep / flat / expected - 1.0).abs() < 1e-4, "{}", deep / flat);
         }
     }
 }
