@@ -57,7 +57,9 @@ impl Sources {
                 for buffer in gltf::buffer_files(&path, &bytes)? {
                     // A device may never end.
                     if buffer.exists() && !buffer.is_file() {
-                        return Err(FileError::wrong(&buffer, "a buffer must be a plain file").into());
+                        return Err(
+                            FileError::wrong(&buffer, "a buffer must be a plain file").into()
+                        );
                     }
                     let bytes = read(&buffer)?;
                     files.insert(buffer, bytes);
