@@ -55,13 +55,13 @@ def test_other_spectra_temperatures_and_skies_are_those_of_the_command_line(
 
 def test_bands_that_amplify_errors_are_masked_as_on_the_command_line(table, program, tmp_path):
     out = tmp_path / "s.csv"
-    light = ["--sky", 290, "--amplification-limit", 4, "--range", "8-12", "--step", "0.5"]
+    light = ["--sky", 290, "--amplification-limit", 6, "--range", "8-12", "--step", "0.5"]
     program("signature", table.file, "--out", out, *light)
     lines = [line.split(",") for line in out.read_text().splitlines()]
     column = lines[0].index("emissivity_eq2")
     written = np.array([float(line[column] or "nan") for line in lines[1:]])
-    found = table.signature(sky=290, amplification_limit=4)["emissivity_eq2"]
-    assert np.isnan(written).sum() > 0
+    found = table.signature(sky=290, amplification_limit=6)["emissivity_eq2"]
+    assert 0 < np.isnan(written).sum() < len(written)
     assert np.isfinite(table.signature(sky=290, amplification_limit=1e3)["emissivity_eq2"]).all()
     np.testing.assert_allclose(found, written, rtol=1e-5, atol=5.1e-8)
 
