@@ -100,9 +100,10 @@ tolerances: setup ## measure the time and the error of runs within a tolerance (
 	python3 scripts/tolerances.py target/release/soilsig scenes/sparse.json out/tolerances 5 .01 .005 .002 .001
 
 # docs/measurements/tolerances.md
-spread: setup ## draw beds of four recipes; print how much they differ, and by their cells
+spread: setup ## draw beds of four recipes: how much they differ, and by their cells
 	cargo build --release
-	python3 scripts/drawn_beds.py target/release/soilsig docs/measurements/data/drawn_beds.csv 32
+	python3 scripts/drawn_beds.py target/release/soilsig \
+	    docs/measurements/data/drawn_beds.csv docs/measurements/data/cells.csv 32
 
 # docs/measurements/budgets.md
 budgets: setup ## count how often the error budget holds, on random recipes

@@ -1,9 +1,9 @@
 """Draws beds of four recipes, and writes the emissivity of each: the beds of the test of plans.
 
-python3 scripts/drawn_beds.py PROGRAM OUT.csv BEDS
+python3 scripts/drawn_beds.py PROGRAM BEDS.csv CELLS.csv NUMBER
 
-Recipes with fines are there as hulls and, from the same drops, with fines that touch. Prints how
-much beds differ, and how much they do by the cells of single ones.
+Recipes with fines are there as hulls and, from the same drops, with fines that touch. CELLS.csv
+tells how much beds differ, and how much they do by the cells of single ones.
 """
 
 import csv
@@ -22,8 +22,9 @@ TOUCHING = "geometry.packing.drop.collision=hull_then_fines"
 QUANTILE = 2.1314
 
 
-def main(program, out, beds):
-    rows = []
+def main(program, out, cells, beds):
+    rows = [["recipe", "level", "bed", *BANDS_UM]]
+    spreads = [["recipe", "band (um)", "mean", "spread between beds", "by the cells of one bed"]]
     with tempfile.TemporaryDirectory() as folder:
         for recipe, keeps_apart in RECIPES:
             for level in ("hulls", "touching")[: 1 + keeps_apart]:
@@ -36,10 +37,10 @@ def main(program, out, beds):
                 for bed, curve in enumerate(curves, 1):
                     rows.append([recipe, level, bed, *(f"{curve[um][0]:.5f}" for um in BANDS_UM)])
                 if level == "hulls":
-                    print_spreads(recipe, curves)
-    with Path(out).open("w", newline="") as file:
-        heading = ["recipe", "level", "bed", *BANDS_UM]
-        csv.writer(file, lineterminator="\n").writerows([heading, *rows])
+                    spreads.extend(spreads_of(recipe, curves))
+    for path, lines in ((out, rows), (cells, spreads)):
+        with Path(path).open("w", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerows(lines)
 
 
 def soilsig(program, *arguments):
@@ -64,12 +65,13 @@ def curve_of(program, run, bed):
     }
 
 
-def print_spreads(recipe, curves):
+def spreads_of(recipe, curves):
     for um in BANDS_UM:
         emissivities, by_cells = zip(*(curve[um] for curve in curves))
         spread = statistics.stdev(emissivities)
         by_cells = statistics.fmean(x * x for x in by_cells) ** 0.5
-        print(f"{recipe},{um},{statistics.fmean(emissivities):.4f},{spread:.4f},{by_cells:.4f}")
+        numbers = (statistics.fmean(emissivities), spread, by_cells)
+        yield [recipe, um, *(f"{number:.4f}" for number in numbers)]
 
 
 if __name__ == "__main__":

@@ -71,16 +71,10 @@ pub struct Order<'a> {
 
 /// Why an order was not carried out.
 pub struct Failed {
-    /// The bed of the order that failed, if it was one bed.
+    /// The bed of the order that Blender refused, if that is why.
     pub bed: Option<usize>,
     /// The failure.
     pub error: Error,
-}
-
-impl<E: Into<Error>> From<(usize, E)> for Failed {
-    fn from((bed, error): (usize, E)) -> Self {
-        Self { bed: Some(bed), error: error.into() }
-    }
 }
 
 impl From<Error> for Failed {
@@ -287,8 +281,10 @@ impl Order<'_> {
         }
         match (finished, left.peek()) {
             (Ok(_), _) => Ok(()),
-            (Err(error @ BlenderError::Refused { .. }), Some(&bed)) => Err((bed, error).into()),
-            (Err(error), _) => Err(Error::from(error).into()),
+            (Err(error), next) => {
+                let bed = next.filter(|_| matches!(error, BlenderError::Refused { .. })).copied();
+                Err(Failed { bed, error: error.into() })
+            }
         }
     }
 }

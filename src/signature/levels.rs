@@ -17,8 +17,8 @@ use crate::scene::Origin;
 use crate::support::statistics::{T_95, quantile_of};
 use crate::table::Table;
 
-/// Beds from which on their spread alone tells how they differ. Of fewer it may be small by luck,
-/// and the cells of their views count as well.
+/// Beds from which on their spread tells how they differ, with their cells as [`OF_CELLS`] further
+/// beds. Of fewer it may be small by luck, and the wider of spread and cells counts.
 pub(super) const MANY: usize = 5;
 
 /// So many further beds the cells of the views stand for beside the spread of many beds: a run that
