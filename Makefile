@@ -137,7 +137,7 @@ fuzz: ## give every reader of files changed inputs (takes hours)
 # docs/guide/sweeps.md
 kills: setup ## kill a sweep at 30 moments; look whether a finished bed is lost or made twice
 	cargo build --release
-	python3 scripts/kills.py target/release/soilsig 30 12
+	python3 scripts/kills.py target/release/soilsig 30 3
 
 clean: ## remove all builds and installed tools: target, .venv, .tools
 	cargo clean

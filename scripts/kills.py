@@ -2,7 +2,7 @@
 
 python3 scripts/kills.py PROGRAM KILLS SECONDS
 
-Each run lives for 1 to SECONDS: with 12 on a quiet machine some beds are finished in between. Of
+Each run lives for 1 to SECONDS: with 3 on a quiet machine some beds are finished in between. Of
 each kill: no finished bed is lost, and none is made twice. In the end the results are those of a
 sweep that was not killed.
 """
