@@ -24,7 +24,7 @@ status=0
 for parser in "$@"; do
     log=fuzz/corpus/$parser.log
     SOILSIG_FUZZ=$parser SOILSIG_FUZZ_BYTES=$bytes "$program" "fuzz/corpus/$parser" \
-        -max_len=65536 -len_control=20 -timeout=10 -rss_limit_mb=2048 \
+        -max_len=65536 -len_control=0 -timeout=10 -rss_limit_mb=2048 \
         -artifact_prefix="fuzz/found/$parser-" 2> "$log" || {
         status=1
         echo "$parser: FOUND, see $log"

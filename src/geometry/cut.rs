@@ -164,6 +164,7 @@ mod tests {
         let mut bed = Bed {
             meshes: vec![solid(0), solid(1)],
             placements: (0..40).map(|i| Placement { mesh: i % 2, to_scene: places[i] }).collect(),
+            repeated: 0,
             domain: Domain::new(min, max, Sides::Periodic),
             to_sensor: DVec3::Z,
             materials: 2,

@@ -45,6 +45,8 @@ pub struct Bed {
     pub meshes: Vec<Mesh>,
     /// Where they stand.
     pub placements: Vec<Placement>,
+    /// How many more were left out, since they stand exactly where another of the same mesh stands.
+    pub repeated: usize,
     /// The part that the sensor sees.
     pub domain: Domain,
     /// Unit vector from the target to the sensor.

@@ -123,13 +123,14 @@ impl Options {
     /// The target of the trace of each of several beds. The rays of all together make at most half
     /// of the tolerance, since the spread between beds needs the rest. Of planned beds it does not
     /// depend on their number, so that none is traced twice: rays are cheap beside a drop, and
-    /// more beds lessen their noise as well.
-    pub(super) fn target(&self, beds: usize, is_planned: bool) -> Target {
+    /// more beds lessen their noise as well. Where light passes through grains rays cost more than a
+    /// drop.
+    pub(super) fn target(&self, beds: usize, is_planned: bool, refracts: bool) -> Target {
         let Self { max_paths, max_seconds, .. } = *self;
-        let target = if is_planned {
-            Target::of(self.tolerance().min(RAYS_OF_PLANNED))
-        } else {
-            target_of(self.tolerance(), beds)
+        let target = match (is_planned, refracts) {
+            (true, false) => Target::of(self.tolerance().min(RAYS_OF_PLANNED)),
+            (true, true) => Target::of(self.tolerance()),
+            (false, _) => target_of(self.tolerance(), beds),
         };
         Target { max_paths, max_seconds, ..target }
     }

@@ -29,7 +29,8 @@ impl Run<'_> {
         is_planned: bool,
     ) -> Result<Vec<Table>, Error> {
         let step = self.folder.begin("trace");
-        let target = self.options.target(beds.len(), is_planned);
+        let refracts = beds.iter().any(|bed| bed.prepared.nodes.is_some());
+        let target = self.options.target(beds.len(), is_planned, refracts);
         let (cache, grid, number) = (self.cache, &self.options.grid, beds.len());
         let monitor = self.folder.monitor;
         // Side by side, since one thread does much of reading a bed.

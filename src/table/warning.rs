@@ -58,6 +58,15 @@ pub enum Warning {
         /// The longest wavelength, um.
         wavelength_um: f64,
     },
+    /// Meshes stand where they stand already.
+    #[error(
+        "{placements} placed meshes stand exactly where the same mesh stands already. They count \
+         once: look for doubled objects in the file"
+    )]
+    Repeated {
+        /// How many are left out.
+        placements: usize,
+    },
     /// Solids pass through each other.
     #[error(
         "solids pass through each other: {:.1} % of the facets lie within another solid. Rays see \

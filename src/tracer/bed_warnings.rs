@@ -44,7 +44,8 @@ pub(super) fn of_bed(tracer: &Tracer, origin: Origin, longest_um: f64, seed: u64
     };
     let mut warnings = Vec::new();
     let too_fine = |m: &Mesh| m.quality.too_fine as f64 / m.quality.facets as f64;
-    if let Some((mesh, share)) = worst(&too_fine, NOTABLE) {
+    // Grains of a recipe are about their own origin: their few narrow facets have no area.
+    if let Some((mesh, share)) = worst(&too_fine, NOTABLE).filter(|_| origin == Origin::Given) {
         let rounding_um = mesh.quality.rounding_um;
         warnings.push(Warning::TooFine { mesh: mesh.name.clone(), share, rounding_um });
     }
@@ -62,6 +63,9 @@ pub(super) fn of_bed(tracer: &Tracer, origin: Origin, longest_um: f64, seed: u64
     if let Some(body) = smallest.filter(|body| body.size_um() < longest_um) {
         let (mesh, size_um) = (body.mesh.name.clone(), body.size_um());
         warnings.push(Warning::SmallerThanWaves { mesh, size_um, wavelength_um: longest_um });
+    }
+    if bed.repeated > 0 {
+        warnings.push(Warning::Repeated { placements: bed.repeated });
     }
     let share = overlap(tracer, &bodies, seed);
     if share > NOTABLE {

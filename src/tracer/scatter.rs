@@ -91,6 +91,7 @@ mod tests {
         let bed = Bed {
             meshes: Vec::new(),
             placements: Vec::new(),
+            repeated: 0,
             domain: Domain::new(DVec3::ZERO, DVec3::ONE, Sides::Open),
             to_sensor: DVec3::Z,
             materials: 1,

@@ -74,6 +74,23 @@ fn solids_that_reach_into_each_other_are_told() {
 }
 
 #[test]
+fn doubled_solids_count_once_and_are_told() {
+    let repeated = |table: &Table| {
+        table.warnings.iter().find_map(|warning| match warning {
+            Warning::Repeated { placements } => Some(*placements),
+            _ => None,
+        })
+    };
+    let (one, other) = (cube(400.0, [0.0; 3], 0.0), cube(300.0, [500.0, 0.0, 0.0], 10.0));
+    let alone = cubes(&[one, other]);
+    let doubled = cubes(&[one, other, one, one, other]);
+    assert_eq!((repeated(&alone), repeated(&doubled)), (None, Some(3)));
+    assert_eq!(emissivity(&alone), emissivity(&doubled));
+    // As many as a broken export may hold: this takes no longer than one.
+    assert_eq!(repeated(&cubes(&vec![one; 20_000])), Some(19_999));
+}
+
+#[test]
 fn a_pit_drawn_from_both_sides_gives_up_no_path() {
     let place = Place::new();
     let back = "f 4 3 2 1\nf 2 6 5 1\nf 3 7 6 2\nf 4 8 7 3\nf 1 5 8 4\n";

@@ -55,7 +55,7 @@ fn cut_box(size_um: DVec3, closed: bool) -> Mesh {
 /// A bed in the open, looked at from the top of a box.
 fn bed(meshes: Vec<Mesh>, placements: Vec<Placement>, min_um: DVec3, max_um: DVec3) -> Bed {
     let domain = Domain { min_um, max_um, sides: Sides::Open, patches: [1, 1], floor: None };
-    Bed { meshes, placements, domain, to_sensor: DVec3::Z, materials: 1 }
+    Bed { meshes, placements, repeated: 0, domain, to_sensor: DVec3::Z, materials: 1 }
 }
 
 fn trace(bed: Bed, most_hits: u16, paths: u64) -> Tally {

@@ -5,7 +5,7 @@ mod error;
 mod gltf;
 pub(crate) mod obj;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -123,6 +123,9 @@ impl Sources {
                 }
             }
         }
+        let all = placements.len();
+        leave_out_repeated(&mut placements);
+        let repeated = all - placements.len();
         let not_far = |farthest_um: f64| {
             if farthest_um < FARTHEST_UM {
                 return Ok(());
@@ -140,6 +143,7 @@ impl Sources {
         let mut bed = Bed {
             meshes,
             placements,
+            repeated,
             domain,
             to_sensor: geometry::to_sensor(scene.view),
             materials: scene.materials.len(),
@@ -209,6 +213,15 @@ impl Sources {
 /// Reads all meshes of a placed scene.
 pub fn load(scene: &Scene) -> Result<Bed, IngestError> {
     Sources::read(scene)?.bed()
+}
+
+/// Keeps the first of those that stand in the same place: rays meet the others nowhere, but would be
+/// compared with each of them.
+fn leave_out_repeated(placements: &mut Vec<Placement>) {
+    let mut seen = HashSet::with_capacity(placements.len());
+    placements.retain(|Placement { mesh, to_scene }| {
+        seen.insert((*mesh, to_scene.to_cols_array().map(f64::to_bits)))
+    });
 }
 
 /// The scene's materials by name, or the one that stands for all, for the faces of a file.

@@ -43,7 +43,7 @@ fn bed(random: &mut Stream, extent_um: f64) -> Bed {
     let extent = DVec3::splat(extent_um);
     let domain = Domain::new(-extent, extent, Sides::Open);
     let placements = placements.collect();
-    Bed { meshes, placements, domain, to_sensor: DVec3::Z, materials: 1 }
+    Bed { meshes, placements, repeated: 0, domain, to_sensor: DVec3::Z, materials: 1 }
 }
 
 /// Every triangle of every placement, in double precision.

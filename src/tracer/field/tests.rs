@@ -16,7 +16,7 @@ fn bed(size: DVec2, sides: Sides, patches: [u32; 2], mesh: Option<Mesh>) -> Bed 
     let domain = Domain { patches, ..Domain::new(corner.extend(0.0), max_um, sides) };
     let placements = mesh.iter().map(placed).collect();
     let meshes = mesh.into_iter().collect();
-    Bed { meshes, placements, domain, to_sensor: DVec3::Z, materials: 1 }
+    Bed { meshes, placements, repeated: 0, domain, to_sensor: DVec3::Z, materials: 1 }
 }
 
 fn field(seed: u64) -> Sides {

@@ -48,7 +48,7 @@ impl Surface {
     fn seen_in(self, domain: Domain, materials: usize) -> Bed {
         let (mesh, middle) = Mesh::new("surface", &self.points, self.faces.into_iter());
         let placements = vec![Placement { mesh: 0, to_scene: DAffine3::from_translation(middle) }];
-        Bed { meshes: vec![mesh], placements, domain, to_sensor: DVec3::Z, materials }
+        Bed { meshes: vec![mesh], placements, repeated: 0, domain, to_sensor: DVec3::Z, materials }
     }
 }
 

@@ -82,6 +82,9 @@ const WORDS: &[&str] = &[
     "\u{1f600}",
 ];
 
+/// Bytes of the largest input that one change makes.
+const LARGE: usize = 60_000;
+
 /// The input with all changes made, in their order, of at most so many bytes.
 pub fn edited(input: &[u8], edits: &[Edit], most: usize) -> Vec<u8> {
     let mut bytes = input.to_vec();
@@ -95,12 +98,12 @@ pub fn edited(input: &[u8], edits: &[Edit], most: usize) -> Vec<u8> {
 fn with(mut bytes: Vec<u8>, (kind, at, what): Edit) -> Vec<u8> {
     let pick = |number: u32, of: usize| number as usize % of.max(1);
     let word = WORDS[pick(what, WORDS.len())].as_bytes();
-    match kind % 16 {
+    match kind % 17 {
         // A word for another, or for one that stands elsewhere in the input.
         0..=4 => {
             let words = words(&bytes);
             let Some(&[from, end]) = words.get(pick(at, words.len())) else { return word.to_vec() };
-            let instead = match kind % 16 {
+            let instead = match kind % 17 {
                 0..=2 => word.to_vec(),
                 3 => {
                     let [from, end] = words[pick(what, words.len())];
@@ -155,6 +158,18 @@ fn with(mut bytes: Vec<u8>, (kind, at, what): Edit) -> Vec<u8> {
                 3 => text.replace(',', ";").into_bytes(),
                 _ => text.replace([',', ' '], "\t").into_bytes(),
             };
+        }
+        // As large as files are: what stands between two marks, again and again.
+        16 => {
+            let mark = b"\n\n,}"[pick(at, 4)];
+            let marks: Vec<usize> = (0..bytes.len()).filter(|&i| bytes[i] == mark).collect();
+            let first = pick(at / 4, marks.len());
+            let last = first + 1 + pick(what, 8);
+            if let (Some(&from), Some(&end)) = (marks.get(first), marks.get(last)) {
+                let block = bytes[from..end].to_vec();
+                let times = pick(what / 8, LARGE) / block.len();
+                bytes.splice(from..from, block.repeat(times));
+            }
         }
         _ => {}
     }
