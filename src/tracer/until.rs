@@ -222,7 +222,14 @@ mod tests {
         let domain = Domain::new(DVec3::ZERO, DVec3::ONE, Sides::Mirror);
         let domain = Domain { floor, ..domain };
         let (meshes, placements) = (Vec::new(), Vec::new());
-        Tracer::new(Bed { meshes, placements, repeated: 0, domain, to_sensor: DVec3::Z, materials: 1 })
+        Tracer::new(Bed {
+            meshes,
+            placements,
+            repeated: 0,
+            domain,
+            to_sensor: DVec3::Z,
+            materials: 1,
+        })
     }
 
     fn rules() -> TracingRules {
