@@ -7,10 +7,10 @@ use std::time::SystemTime;
 use rayon::prelude::*;
 use serde_json::Value;
 
+use super::bed::{self, Bed, FailedBed};
 use super::points::Points;
 use super::record::{self, Ended, SWEEP, Sweep};
 use super::study::Study;
-use super::work::{self, Bed, FailedBed};
 use super::{FILES, Options, charts, netcdf, page, place};
 use crate::blender::{self, Blender};
 use crate::draw::plot;
@@ -73,7 +73,7 @@ pub(super) fn shown(value: &Value) -> String {
 /// The results of a part of a study: only what is finished by now.
 pub(super) fn of_part(options: &Options, beds: &[Bed]) -> Ended {
     let failed = failures(options, beds);
-    let is_there = |bed: &&Bed| options.out.join(work::folder_of(&bed.id)).is_dir();
+    let is_there = |bed: &&Bed| options.out.join(bed::folder_of(&bed.id)).is_dir();
     Ended {
         record: None,
         answer: format!(
@@ -86,7 +86,7 @@ pub(super) fn of_part(options: &Options, beds: &[Bed]) -> Ended {
 }
 
 fn failures(options: &Options, beds: &[Bed]) -> Vec<(usize, FailedBed)> {
-    let of = |(i, bed): (usize, &Bed)| Some((i, work::failure(options.out, &bed.id)?));
+    let of = |(i, bed): (usize, &Bed)| Some((i, bed::failure(options.out, &bed.id)?));
     beds.iter().enumerate().filter_map(of).collect()
 }
 
@@ -219,11 +219,11 @@ fn point(
     let mut tables = Vec::new();
     let mut rows = Vec::new();
     for bed in beds {
-        let Some(table) = work::table(options.out, &bed.id)? else {
+        let Some(table) = bed::table(options.out, &bed.id)? else {
             rows.push(None);
             continue;
         };
-        let file = options.out.join(work::folder_of(&bed.id)).join(TABLE);
+        let file = options.out.join(bed::folder_of(&bed.id)).join(TABLE);
         rows.push(Some(BedRow { sha256: output::sha256_hex(&file)?, paths: table.paths }));
         tables.push(table);
     }
@@ -319,7 +319,7 @@ fn beds_csv(
         for window in &result.windows {
             fields.push(decimals(window_mean(um, curve, &(window.from_um..=window.to_um))));
         }
-        let folder = work::folder_of(&bed.id).display().to_string();
+        let folder = bed::folder_of(&bed.id).display().to_string();
         fields.extend([row.paths.to_string(), folder, row.sha256.clone()]);
         csv.row(fields);
     }

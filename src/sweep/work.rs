@@ -2,16 +2,16 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use super::Options;
+use super::bed::{BEDS, Bed, FAILED, FailedBed, SIGNATURE, failure, failure_of, folder_of};
 use super::points::Points;
 use super::study::{Keep, Study};
 use crate::beds::own_grains::OwnGrains;
@@ -33,55 +33,6 @@ use crate::tracer::trace::Request;
 /// Beds that one Blender drops: at most so many, since their tables are made when all are dropped;
 /// at least so many, since a start of Blender takes as long as a small bed.
 const OF_BATCH: [usize; 2] = [4, 32];
-
-/// Folder of finished beds below that of the results.
-pub(super) const BEDS: &str = "beds";
-/// Folder of the records of failures.
-const FAILED: &str = "failed";
-const SIGNATURE: &str = "signature.csv";
-
-/// A bed of a study: a point and a seed.
-pub struct Bed {
-    /// The point.
-    pub point: usize,
-    /// The seed.
-    pub seed: u64,
-    /// SHA-256 of all that its table depends on, cut short: the name of its folder.
-    pub id: String,
-}
-
-/// Why a bed has no table.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct FailedBed {
-    /// Exit status that a run of this bed alone would have.
-    pub status: u8,
-    /// What happened.
-    pub reason: String,
-    /// What to do about it.
-    pub hint: Option<String>,
-}
-
-impl FailedBed {
-    /// Whether another try may end otherwise.
-    fn may_pass(&self) -> bool {
-        ![Status::BlenderRefused as u8, Status::Input as u8].contains(&self.status)
-    }
-}
-
-/// The folder of a bed's files, below the folder of the results.
-pub(super) fn folder_of(id: &str) -> PathBuf {
-    // No folder has more entries than file systems like.
-    Path::new(BEDS).join(&id[..2]).join(&id[2..])
-}
-
-fn failure_of(id: &str) -> PathBuf {
-    Path::new(FAILED).join(format!("{id}.json"))
-}
-
-/// The failure of a bed, if it is recorded.
-pub(super) fn failure(out: &Path, id: &str) -> Option<FailedBed> {
-    serde_json::from_slice(&fs::read(out.join(failure_of(id))).ok()?).ok()
-}
 
 /// The work on a study.
 pub(super) struct Work<'a> {
@@ -482,13 +433,4 @@ fn signature_text(table: &Path, um: &[f64]) -> Result<String, Error> {
     let bands = signature::evaluate(&tables, um)?;
     let budget = Budget::new(&tables, &bands)?;
     Ok(signature::csv_text(&bands, &budget, tables[0].temperature(), Assumed::EXACT))
-}
-
-/// The table of a finished bed; `None` where it is not there.
-pub(super) fn table(out: &Path, id: &str) -> Result<Option<Table>, Error> {
-    let path = out.join(folder_of(id)).join(TABLE);
-    match fs::symlink_metadata(&path) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        _ => Ok(Some(Table::read(&path)?)),
-    }
 }
