@@ -1,6 +1,6 @@
 #!/bin/sh
 # Gives each parser of tests/it/fuzz/parsers.rs inputs that libFuzzer makes by coverage, on stable
-# Rust. A panic, 10 s for an input and too much memory end it; the input is in fuzz/found then.
+# Rust. A panic, 30 s for an input and too much memory end it; the input is in fuzz/found then.
 #
 # scripts/fuzz.sh BYTES [PARSER ...]
 set -eu
@@ -24,7 +24,7 @@ status=0
 for parser in "$@"; do
     log=fuzz/corpus/$parser.log
     SOILSIG_FUZZ=$parser SOILSIG_FUZZ_BYTES=$bytes "$program" "fuzz/corpus/$parser" \
-        -max_len=65536 -len_control=0 -timeout=10 -rss_limit_mb=2048 \
+        -max_len=65536 -len_control=0 -timeout=30 -rss_limit_mb=2048 \
         -artifact_prefix="fuzz/found/$parser-" 2> "$log" || {
         status=1
         echo "$parser: FOUND, see $log"

@@ -1,7 +1,7 @@
 //! Gives a parser inputs that libFuzzer makes by coverage: `SOILSIG_FUZZ=NAME soilsig-fuzz FOLDER`.
 //! `make fuzz` builds and runs it for all parsers.
 //!
-//! A panic, an input that takes over 10 s and memory beyond [`MOST_OF_A_BYTE`] are findings. After
+//! A panic, an input that takes over 30 s and memory beyond [`MOST_OF_A_BYTE`] are findings. After
 //! `SOILSIG_FUZZ_BYTES` bytes it ends and says what it did.
 
 #![no_main]

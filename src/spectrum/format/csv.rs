@@ -21,6 +21,12 @@ fn is_comment(line: &str) -> bool {
         || line.strip_prefix(';').is_some_and(|rest| !rest.contains(';'))
 }
 
+/// Rows of a heading above its last: names and symbols, say.
+const MOST_ROWS: usize = 3;
+
+/// Words of the longest heading of two columns with blanks between them; what is longer is prose.
+const MOST_WORDS: usize = 40;
+
 /// What stands above the numbers.
 struct Above<'a> {
     /// Lines of text, with their numbers from 1.
@@ -143,7 +149,7 @@ impl<'a> Above<'a> {
         } else {
             let mut heading = fields(line);
             // Units may be in a row of their own.
-            let others = lines.iter().rev().skip(1).map(|(_, line)| *line);
+            let others = lines.iter().rev().skip(1).take(MOST_ROWS).map(|(_, line)| *line);
             for above in others.take_while(|line| !commented(line)).map(fields) {
                 let is_complete = heading.iter().all(|f| words::column(f) != Column::Unknown);
                 if is_complete || above.len() != heading.len() {
@@ -331,7 +337,7 @@ impl<'a> Above<'a> {
 
 /// The fields of a heading. With blanks between columns, words of one field may stand apart.
 fn apart(fields: &[String], count: usize) -> Vec<String> {
-    if fields.len() <= count || count != 2 {
+    if fields.len() <= count || count != 2 || fields.len() > MOST_WORDS {
         return fields.to_vec();
     }
     let is_wavelength =

@@ -7,6 +7,8 @@ mod vocabulary;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeSet;
+
 use crate::spectrum::Quantity;
 use text::{Token, is_in, plain, plain_but_signs, starts, tokens};
 use vocabulary::{
@@ -39,6 +41,9 @@ pub(super) enum Column {
     Errors,
     Unknown,
 }
+
+/// Bytes of the longest label; what is longer is prose.
+const LONGEST_LABEL: usize = 1000;
 
 /// What the heading of a column says.
 pub(super) fn column(text: &str) -> Column {
@@ -109,7 +114,7 @@ pub(super) fn said(text: &str, with_symbols: bool) -> Option<Said> {
     let is_foreign = tokens.iter().any(|token| token.word.contains("radian"))
         || !with_symbols && (has(&OTHERS, "") || FOREIGN.iter().any(|word| plain.contains(word)));
     let is_other = if with_symbols {
-        !is_plain_label(text)
+        text.len() > LONGEST_LABEL || !is_plain_label(text)
     } else {
         tokens.iter().any(|token| is_in(OTHER, token.word))
             || is_denied(&tokens)
@@ -247,10 +252,11 @@ fn is_percent(plain: &str, tokens: &[Token], anywhere: bool) -> bool {
     }
     let squeezed: String = plain.chars().filter(|c| !" ([,:-_".contains(*c)).collect();
     let quantity = [&EMISSIVITY[..], &REFLECTANCE].concat();
-    tokens.iter().filter(|token| starts(token.word, &quantity)).any(|token| {
+    let words = tokens.iter().map(|token| token.word).filter(|word| starts(word, &quantity));
+    BTreeSet::from_iter(words).into_iter().any(|word| {
         ["%", "percent", "pct", "inpercent", "in%"].iter().any(|percent| {
-            squeezed.contains(&format!("{}{percent}", token.word))
-                || squeezed.contains(&format!("{percent}{}", token.word))
+            squeezed.contains(&format!("{word}{percent}"))
+                || squeezed.contains(&format!("{percent}{word}"))
         })
     })
 }
