@@ -1,6 +1,10 @@
 //! How columns of text are separated, and how their numbers are written.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::path::Path;
+
+use csv_core::{Reader, ReaderBuilder};
 
 use super::wrong;
 use crate::spectrum::SpectrumError;
@@ -60,14 +64,7 @@ impl Dialect {
                 if bare.starts_with('"') { bare } else { field }.to_owned()
             };
             let line: Vec<String> = line.split(separator).map(tidy).collect();
-            let line = line.join(&separator.to_string());
-            let mut reader = csv::ReaderBuilder::new()
-                .delimiter(separator as u8)
-                .has_headers(false)
-                .trim(csv::Trim::All)
-                .from_reader(line.as_bytes());
-            let record = reader.records().next().and_then(Result::ok).unwrap_or_default();
-            record.iter().map(str::to_owned).collect()
+            unquoted(&line.join(&separator.to_string()), separator)
         };
         let mut fields = match self.separator {
             // Tabs may also align the columns.
@@ -113,4 +110,31 @@ impl Dialect {
         }
         Ok(())
     }
+}
+
+thread_local! {
+    /// Readers by separator: to make one takes longer than to read a line.
+    static READERS: RefCell<BTreeMap<char, Reader>> = RefCell::default();
+}
+
+/// The fields of a line with quotes.
+fn unquoted(line: &str, separator: char) -> Vec<String> {
+    let mut bytes = vec![0; line.len()];
+    let mut ends = vec![0; line.matches(separator).count() + 1];
+    let count = READERS.with_borrow_mut(|readers| {
+        let new = || ReaderBuilder::new().delimiter(separator as u8).build();
+        let reader = readers.entry(separator).or_insert_with(new);
+        reader.reset();
+        let (_, _, written, count) = reader.read_record(line.as_bytes(), &mut bytes, &mut ends);
+        // What is open at the end of the line ends there.
+        let (_, _, _, last) = reader.read_record(&[], &mut bytes[written..], &mut ends[count..]);
+        count + last
+    });
+    let mut from = 0;
+    let field = |&end: &usize| {
+        let field = String::from_utf8_lossy(&bytes[from..end]).trim().to_owned();
+        from = end;
+        field
+    };
+    ends[..count].iter().map(field).collect()
 }
