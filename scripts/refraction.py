@@ -29,9 +29,17 @@ FACETS = ("fresnel", "refractive")
 
 
 def deeper(packing):
-    packing["drop"] = {}
     for grains in packing["grains"]:
         grains["count"] *= 2
+
+
+def touching(packing):
+    packing["drop"] = {}
+    deeper(packing)
+
+
+# The shipped sand keeps its grains apart, as fine powders are poured.
+BEDS = {"touching": touching, "loose": deeper}
 
 
 def scaled(placed, factor):
@@ -70,11 +78,12 @@ def main():
     parser.add_argument("library", nargs="+", type=Path)
     parser.add_argument("--packings", type=int, default=16)
     parser.add_argument("--paths", type=int, default=2048)
+    parser.add_argument("--bed", choices=BEDS, default="touching")
     parser.add_argument("--sizes", choices=("all", "middle"), default="all")
     given = parser.parse_args()
     chemistry.UM = UM
     work = Work(given.soilsig, given.folder)
-    beds = work.drop("sand_touching_deep", deeper, given.packings)
+    beds = work.drop(f"sand_{given.bed}_deep", BEDS[given.bed], given.packings)
     curves, errors_of = [], []
     for measured in map(Measured, given.library):
         sizes = SIZES_UM[measured.size]
