@@ -2,6 +2,9 @@
 
 import numpy as np
 
+# A table of all cells is faster than a search up to so many cells for each that is looked up.
+_TABLED = 8
+
 
 def near(points, others, reach):
     """Index pairs of points and others: all that are within reach of each other, and some more."""
@@ -15,9 +18,16 @@ def near(points, others, reach):
     # Three neighbouring cells along z have consecutive keys.
     columns = np.array([(x, y, 0) for x in (-1, 0, 1) for y in (-1, 0, 1)])
     middle = ((mine[:, None] + columns) @ _strides(size)).ravel()
-    start = np.searchsorted(key[order], middle - 1, side="left")
-    end = np.searchsorted(key[order], middle + 1, side="right")
+    start, end = _between(key[order], middle - 1, middle + 1, int(size.prod()))
     return np.repeat(np.arange(len(points)), 9).repeat(end - start), order[ranges(start, end)]
+
+
+def _between(keys, low, high, cells):
+    """Where sorted keys, all below `cells`, begin to be at least `low` and to be above `high`."""
+    if cells > _TABLED * len(low):
+        return np.searchsorted(keys, low, side="left"), np.searchsorted(keys, high, side="right")
+    below = np.concatenate([[0], np.cumsum(np.bincount(keys, minlength=cells))])
+    return below[low], below[high + 1]
 
 
 def clumps(points, side):

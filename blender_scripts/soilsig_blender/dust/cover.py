@@ -108,7 +108,7 @@ def _from_afar(grain, shapes, placed, lines):
 
 def _grain_at(grain, origins, directions):
     """How far along each line it first meets the grain; infinite if it does not."""
-    if grain is not grain.envelope:
+    if not grain.is_convex:
         return grain.first_hits(origins, directions)
     core = Bodies([grain])
     enter, leave = core.crossings(origins, directions, core.at_origin(len(origins)))
@@ -119,7 +119,7 @@ def _above_surface(grain, shapes, placed):
     """Of each point on the grain the earliest fine that its outward normal meets."""
     points, normals = _points(grain, _POINTS)
     outer = shapes.outer[placed.shape]
-    if grain is grain.envelope:
+    if grain.is_convex:
         heights = (placed.centre @ grain.normals.T - grain.offsets).max(axis=1)
         again = np.full(len(points), np.inf)
     else:

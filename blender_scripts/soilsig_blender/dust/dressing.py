@@ -57,7 +57,7 @@ def seated_on_base(body):
 
     A hollow fine sits on its envelope, and keeps others out of it.
     """
-    around = body if body is body.envelope else body.tight_envelope
+    around = body if body.is_convex else body.tight_envelope
     areas, centroids = around.facet_areas_and_centroids
     base = int(np.argmax(areas))
     rotation = frames(-around.normals[base][None], np.zeros(1))[0].T
@@ -104,7 +104,7 @@ class _Dressing:
         self.lacking = None
         self.pools = []
         if fines:
-            ground = None if grain is grain.envelope else Ground(grain)
+            ground = None if grain.is_convex else Ground(grain)
             self.clearance = Clearance(grain, fines, settings["overlap"], ground)
             self.pools = [
                 Pool(grain, fines, kind, stream(seed, "dust", label, fine.name), ground)

@@ -101,7 +101,16 @@ class Ground:
         Of each pair also the shift along `up` that would part them. Planes along an edge of each
         are not tried: a fine that only they would clear counts as crossed.
         """
+        below = (placed.rotation[:, :, 2] * placed.position).sum(axis=1) + touch
         for fine, triangle in self._close(placed, shapes.outer[placed.shape]):
+            # Most triangles lie below the base that the fine sits on.
+            base = placed.rotation[:, :, 2][fine]
+            middle = np.einsum("ij,ij->i", base, self.centres[triangle])
+            kept = np.flatnonzero(middle + self.radii[triangle] > below[fine])
+            fine, triangle = fine[kept], triangle[kept]
+            highest = (self.corners[triangle] @ base[kept, :, None]).max(axis=(1, 2))
+            kept = highest > below[fine]
+            fine, triangle = fine[kept], triangle[kept]
             height = np.einsum("ij,ij->i", self.normals[triangle], placed.centre[fine])
             height -= self.offsets[triangle]
             near_plane = np.abs(height) < shapes.outer[placed.shape[fine]]

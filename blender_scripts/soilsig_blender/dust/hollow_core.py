@@ -1,5 +1,7 @@
 """A hollow grain in its place, and how near other solids come to its true surface."""
 
+from functools import cached_property
+
 import numpy as np
 
 from ..common.neighbours import near
@@ -22,7 +24,7 @@ class HollowCore:
     def moved(self, turn, shift):
         return HollowCore(self.body, turn @ self.turn, turn @ self.shift + shift, self._points)
 
-    @property
+    @cached_property
     def points(self):
         """Points on the corners and the edges, in place."""
         return self._points @ self.turn.T + self.shift
@@ -32,13 +34,19 @@ class HollowCore:
 
     def gap_to_points(self, points, reach):
         """The least distance of points to the surface, negative inside; infinite beyond `reach`."""
-        points = (points - self.shift) @ self.turn
         around = self.body.envelope
+        # One plane towards the middle of the points keeps most of them away.
+        along = self.turn.T @ (points.mean(axis=0) - self.shift)
+        along /= max(np.linalg.norm(along), 1e-300)
+        height = points @ (self.turn @ along)
+        most = (around.vertices @ along).max() + self.shift @ self.turn @ along
+        points = (points[height < most + reach] - self.shift) @ self.turn
         beyond = (points @ around.normals.T - around.offsets).max(axis=1, initial=-np.inf)
-        points = points[beyond < reach]
-        away = self.body.distances(points)
+        points = np.unique(points[beyond < reach], axis=0)
         inside = self.body.contains(points)
-        return float(np.where(inside, -away, away).min(initial=np.inf))
+        if inside.any():
+            return -float(self.body.distances(points[inside]).max())
+        return float(self.body.distances(points, reach).min(initial=np.inf))
 
     def gap_to_convex(self, solids, centre, outer, reach):
         """The least gap to some convex solids, each in a sphere about its centre."""
@@ -50,12 +58,12 @@ class HollowCore:
         close = np.flatnonzero(beyond < reach)
         if not len(close):
             return np.inf
-        corners = solids.corners[close]
-        gap = self.gap_to_points(np.unique(corners.reshape(-1, 3), axis=0), reach)
-        centre, outer = centre[close], outer[close]
-        points, widest = self.points, outer.max() + reach
-        low, high = centre.min(axis=0) - widest, centre.max(axis=0) + widest
-        points = points[((points > low) & (points < high)).all(axis=1)]
+        gap = self.gap_to_points(solids.corners[close].reshape(-1, 3), reach)
+        centre, outer, middle = centre[close], outer[close], middle[close]
+        widest = outer.max() + reach
+        low, high = middle.min(axis=0) - widest, middle.max(axis=0) + widest
+        points = self._points[((self._points > low) & (self._points < high)).all(axis=1)]
+        points = points @ self.turn.T + self.shift
         at, solid = near(points, centre, widest)
         away = points[at] - centre[solid]
         kept = np.einsum("ij,ij->i", away, away) < (outer[solid] + reach) ** 2

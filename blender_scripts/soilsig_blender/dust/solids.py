@@ -84,7 +84,7 @@ class DustySolids:
             (dust.rotation @ centres[which][..., None])[..., 0] + dust.position,
             radii[which],
             distances(prototype.outline, np.zeros(3)).max(),
-            None if grain is grain.envelope else HollowCore(grain),
+            None if grain.is_convex else HollowCore(grain),
         )
 
     def facing(self, point, distance):

@@ -24,6 +24,8 @@ from .polyhedron import heights
 RESOLUTION = 0.006
 # Places on the outline where its curvature is taken: six for each standard deviation.
 _PLACES = 1000
+# So many of them to either side of a corner show its turning.
+_FELT = 50
 
 # Lower limits of the classes of roundness (Powers, J. Sediment. Petrol. 23, 117, 1953).
 POWERS = (
@@ -64,7 +66,7 @@ def sphericity(body):
 
 def roundness(body):
     """Wadell's roundness, the mean of the silhouettes along the body's L, I and S."""
-    if body is body.envelope:
+    if body.is_convex:
         return float(
             np.mean([roundness_of(outline(body.vertices @ view.T)) for view in views(body)])
         )
@@ -145,10 +147,11 @@ def _curvature(corners):
     heading = np.arctan2(ahead[:, 1], ahead[:, 0])
     turn = (heading - np.roll(heading, 1) + np.pi) % (2 * np.pi) - np.pi
     place = (np.cumsum(lengths) - lengths) / perimeter
-    away = (np.arange(_PLACES) / _PLACES)[:, None] - place
-    away = (away + 0.5) % 1 - 0.5
-    weight = np.exp(-0.5 * (away / RESOLUTION) ** 2) / (np.sqrt(2 * np.pi) * RESOLUTION)
-    return weight @ turn / perimeter
+    # Further than eight standard deviations away a corner is not felt.
+    at = np.round(place * _PLACES).astype(int)[:, None] + np.arange(-_FELT, _FELT + 1)
+    weight = np.exp(-0.5 * ((at / _PLACES - place[:, None]) / RESOLUTION) ** 2)
+    weight *= turn[:, None] / (np.sqrt(2 * np.pi) * RESOLUTION)
+    return np.bincount((at % _PLACES).ravel(), weight.ravel(), _PLACES) / perimeter
 
 
 def _farthest_apart(points):

@@ -33,6 +33,8 @@ class HollowBody:
     vertices: np.ndarray  # (V, 3)
     triangles: np.ndarray  # (T, 3) vertex indices, counter-clockwise seen from outside
 
+    is_convex = False  # it need not be
+
     @classmethod
     def of(cls, vertices, triangles):
         used, triangles = np.unique(triangles, return_inverse=True)

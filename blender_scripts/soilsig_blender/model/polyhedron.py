@@ -22,6 +22,8 @@ class Polyhedron:
     facets: tuple  # F index loops, counter-clockwise seen from outside
     edges: np.ndarray  # (E, 3): the two facets that meet and one vertex of the edge
 
+    is_convex = True
+
     @property
     def convexity(self):
         """Its volume over that of its hull."""
