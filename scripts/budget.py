@@ -26,7 +26,7 @@ PACKINGS = (1, 4)
 REFERENCE = 8
 TOLERANCE, REFERENCE_TOLERANCE = 0.01, 0.003
 TERMS = ("rays_half_width_95", "packings_half_width_95", "rim", "floor", "given_up")
-SHAPES = {"grain_500": 500, "grain_640": 640, "grain_853": 853}
+SHAPES = {"angular": 500, "subangular": 640, "worn": 853}
 BUILTIN = ("quartz_fine", "quartz_medium", "quartz_coarse")
 # Coarser than the default, and the same for all beds.
 DROP = {"substeps": 3, "iterations": 15}
@@ -90,7 +90,7 @@ def recipe(draws, number):
                 "seed": 1000 * number + 1,
                 "grains": [
                     {
-                        "name": shape,
+                        "name": f"grain_{SHAPES[shape]}",
                         "shape": shape,
                         "diameter_um": diameter,
                         "material": "coarse",
@@ -102,12 +102,15 @@ def recipe(draws, number):
                 "fines": [
                     {
                         "name": f"fine_{um}",
-                        "shape": f"fine_{um}",
+                        "shape": shape,
                         "diameter_um": um,
                         "material": "fine",
                         "share": share,
                     }
-                    for um, share in ((35, round(1 - coarse_share, 2)), (60, coarse_share))
+                    for shape, um, share in (
+                        ("flake", 35, round(1 - coarse_share, 2)),
+                        ("chip", 60, coarse_share),
+                    )
                 ],
                 "dust": {"layers": draws.randint(1, 4), "overlap": draws.choice((0, 0.5, 1))},
                 "variants": draws.randint(1, 2),

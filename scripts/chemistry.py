@@ -25,7 +25,7 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
 SCENE = ROOT / "scenes" / "quartz_sand.json"
-SHAPES = ("fine_60", "grain_500", "grain_640", "grain_853")
+SHAPES = ("chip", "angular", "subangular", "worn")
 RANGES_UM = ((7.5, 12.0), (8.0, 9.5), (10.0, 12.0))
 UM = np.round(np.arange(7.5, 12.005, 0.01), 2)
 PATHS = 8192
@@ -379,7 +379,7 @@ def of_shape(packing, shape):
 
 
 def of_one_size(packing):
-    of_shape(packing, "grain_500")
+    of_shape(packing, "angular")
     packing["grains"] = [dict(packing["grains"][0], diameter_um=300, count=144)]
 
 
@@ -387,10 +387,10 @@ BEDS = {
     "quartz_sand": lambda packing: None,
     "quartz_sand_touching": no_gaps(lambda packing: None),
     **{shape: no_gaps(lambda packing, shape=shape: of_shape(packing, shape)) for shape in SHAPES},
-    "grain_500_one_size": no_gaps(of_one_size),
-    "fine_35_gaps": gaps(0.4, "fine_35"),
-    "fine_60_gaps": gaps(0.4, "fine_60"),
-    "grain_500_gaps": gaps(0.5, "grain_500"),
+    "angular_one_size": no_gaps(of_one_size),
+    "flake_gaps": gaps(0.4, "flake"),
+    "chip_gaps": gaps(0.4, "chip"),
+    "angular_gaps": gaps(0.5, "angular"),
 }
 # Beds that are traced in more packings and compared band by band.
 FRESNEL_BEDS = ("quartz_sand", "quartz_sand_touching")
@@ -527,7 +527,7 @@ def main():
     compared = {name: work.drop(name, BEDS[name]) for name in FRESNEL_BEDS}
     misses_table(steps_table(work, compared, coarse), coarse)
     beds_of = shapes_table(work, coarse)
-    modes_table(work, sand, beds_of["grain_853"], measured)
+    modes_table(work, sand, beds_of["worn"], measured)
     out = work.folder / "powder.csv"
     pure = {}
     for size in ("fine", "coarse"):

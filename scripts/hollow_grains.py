@@ -3,8 +3,8 @@
 PYTHON_WITH_BPY scripts/hollow_grains.py FOLDER    makes FOLDER/convex and FOLDER/hollow
 
 A grain is a modelled convex body, looked at from its middle in some thousand directions. The hollow
-one has scoops in it, parts of spheres as conchoidal fractures are. Both have the volume of their
-size class, so they differ in the hollows alone.
+one has scoops in it, parts of spheres as conchoidal fractures are. Both have the same
+volume, so they differ in the hollows alone.
 """
 
 import os
@@ -56,17 +56,17 @@ def scoops(body, diameter, rng):
 
 def main(folder):
     directions, triangles = sphere(HALVINGS)
-    for size_class in ("grain_500", "grain_640", "grain_853"):
-        shape = shapes.SHAPES[size_class]
+    for shape_name in ("angular", "subangular", "worn"):
+        shape = shapes.SHAPES[shape_name]
         for variant in range(VARIANTS):
-            rng = stream(1, "hollow", size_class, variant)
+            rng = stream(1, "hollow", shape.scene_class, variant)
             body = shapes.model(shape, shape.diameter_um, rng)
             for kind, bites in (("convex", ()), ("hollow", scoops(body, shape.diameter_um, rng))):
                 vertices = seen_from_within(body, directions, bites)
                 grain = own_grains.normalised(HollowBody.of(vertices, triangles), shape.diameter_um)
-                name = f"{size_class}_{variant}"
+                name = f"{shape_name}_{variant}"
                 entry = grain_files.save(
-                    os.path.join(folder, kind), name, grain, size_class, {"scoops": len(bites)}
+                    os.path.join(folder, kind), name, grain, shape_name, {"scoops": len(bites)}
                 )
                 print(kind, name, entry["descriptors"])
 

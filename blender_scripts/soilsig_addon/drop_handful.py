@@ -107,7 +107,7 @@ class _Drop:
             os.path.join(place, "grains"),
             "grain",
             own_grains.normalised(body, diameter),
-            "grain_500",
+            "angular",
             {},
         )
         recipe = os.path.join(place, "scene.json")

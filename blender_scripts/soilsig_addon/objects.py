@@ -107,11 +107,11 @@ def mesh_of(name, vertices_um, faces, edges=()):
     return mesh
 
 
-def add_grain(context, name, body, size_class, made_from, matrix):
+def add_grain(context, name, body, shape, made_from, matrix):
     """A body as a grain, facet by facet, active and selected."""
     to_object_mode(context)
     o = add(context, name, mesh_of(name, body.vertices, body.facets), "GRAIN", matrix)
-    o.soilsig.size_class = size_class
+    o.soilsig.size_class = shape
     o.soilsig.made_from = made_from
     o.data.materials.append(material("soilsig grain", (0.75, 0.55, 0.32, 1.0)))
     activate(context, o)

@@ -28,7 +28,7 @@ class Save(GrainOperator):
         entry = grain_files.save(
             folder, o.name, own_grains.normalised(body, diameter), o.soilsig.size_class, made_from
         )
-        return f"{o.name}: {entry['size_class']}, {diameter:.1f} um, in {folder}"
+        return f"{o.name}: {entry['shape']}, {diameter:.1f} um, in {folder}"
 
 
 def library(context):

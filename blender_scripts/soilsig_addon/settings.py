@@ -14,10 +14,7 @@ from bpy.props import (
 
 from .soilsig_blender.model.shapes import SHAPES
 
-SIZE_CLASSES = [
-    (name, f"{name} ({shape.diameter_um:g} um)", f"Stands for the shape {name} in scenes")
-    for name, shape in SHAPES.items()
-]
+_SHAPES = [(name, name.capitalize(), f"The shape {name} of scenes") for name in SHAPES]
 
 
 def _rescale(settings, _context):
@@ -99,7 +96,7 @@ class OfScene(bpy.types.PropertyGroup):
         max=1.5,
     )
     shape: EnumProperty(
-        name="Shape", description="The shape to start from", items=SIZE_CLASSES, default="grain_500"
+        name="Shape", description="The shape to start from", items=_SHAPES, default="angular"
     )
     seed: IntProperty(
         name="Seed",
@@ -197,11 +194,12 @@ class OfObject(bpy.types.PropertyGroup):
             ("OUTLINE", "Outline", "What was traced out of an image"),
         ],
     )
+    # .blend files keep it under this name.
     size_class: EnumProperty(
-        name="Size class",
+        name="Stands for",
         description="The shape that the grain stands for in scenes",
-        items=SIZE_CLASSES,
-        default="grain_500",
+        items=_SHAPES,
+        default="angular",
     )
     made_from: StringProperty(name="Made from", description="JSON: what the grain was made from")
     report: StringProperty(name="Report", description="What the check found")

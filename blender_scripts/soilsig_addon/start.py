@@ -87,7 +87,10 @@ class FromShape(Operator):
     def work(self, context):
         settings = context.scene.soilsig
         name = settings.shape
-        body = model(SHAPES[name], settings.diameter_um, stream(settings.seed, "shape", name, 0))
+        shape = SHAPES[name]
+        body = model(
+            shape, settings.diameter_um, stream(settings.seed, "shape", shape.scene_class, 0)
+        )
         made_from = json.dumps({"shape": name, "seed": settings.seed})
         cursor = context.scene.cursor.matrix
         objects.add_grain(context, name, body, name, made_from, objects.moved(cursor, (0, 0, 0)))

@@ -17,8 +17,9 @@ def make_grains(seed, variants, folder):
         progress("model", len(shapes), len(SHAPES))
         entries = []
         for variant in range(variants):
-            # As in a scene whose class has the shape's name: the bodies are the same.
-            body = model(shape, shape.diameter_um, stream(seed, "shape", name, variant))
+            # As in the shipped scenes: the bodies are the same.
+            purpose = "shape", shape.scene_class, variant
+            body = model(shape, shape.diameter_um, stream(seed, *purpose))
             bodies[f"{name}_{variant}"] = body
             entries.append(_describe(f"{name}_{variant}", body))
         shapes.append(

@@ -33,12 +33,12 @@ pub enum OwnGrainsError {
         /// The folder.
         folder: PathBuf,
     },
-    /// No grain has a size class of the scene.
-    #[error("{}: no grain has a size class of the scene", folder.display())]
+    /// No grain stands for a shape of the scene.
+    #[error("{}: no grain stands for a shape of the scene", folder.display())]
     NoneFits {
         /// The folder.
         folder: PathBuf,
-        /// Size classes of the grains.
+        /// Shapes that the grains stand for.
         there: Vec<&'static str>,
         /// Shapes of the scene.
         wanted: Vec<&'static str>,
@@ -68,7 +68,7 @@ impl Failure for OwnGrainsError {
                 "save grains there from Blender's window: `soilsig blender --gui`".into()
             }
             Self::NoneFits { there, wanted, .. } => format!(
-                "the grains have the size classes {}, the scene has {}: assign one of these",
+                "the grains stand for {}, the scene has {}: assign one of these",
                 there.join(", "),
                 wanted.join(", ")
             ),
@@ -83,7 +83,8 @@ impl Failure for OwnGrainsError {
 #[derive(Debug, Deserialize)]
 struct Entry {
     soilsig_grain: u32,
-    size_class: Shape,
+    #[serde(alias = "size_class")]
+    shape: Shape,
     diameter_um: f64,
 }
 
@@ -92,8 +93,8 @@ struct Entry {
 pub struct Grain {
     /// The name of its files.
     pub name: String,
-    /// The shape that it replaces.
-    pub size_class: Shape,
+    /// The shape that it stands for.
+    pub shape: Shape,
     /// Diameter of the sphere of its volume, um.
     pub diameter_um: f64,
     /// The number of its faces.
@@ -120,7 +121,7 @@ impl Grain {
             return Err(FileError::wrong(missing, problem));
         }
         let text = fs::read(&json).map_err(FileError::read(&json))?;
-        let Entry { soilsig_grain, size_class, diameter_um: stated_um } =
+        let Entry { soilsig_grain, shape, diameter_um: stated_um } =
             serde_json::from_slice(&text).map_err(|e| FileError::wrong(&json, e.to_string()))?;
         if soilsig_grain != FORMAT {
             let problem =
@@ -140,7 +141,7 @@ impl Grain {
             );
             return Err(FileError::wrong(&obj, problem));
         }
-        Ok(Self { name: name.to_owned(), size_class, diameter_um, faces: solid.faces.len() })
+        Ok(Self { name: name.to_owned(), shape, diameter_um, faces: solid.faces.len() })
     }
 }
 
@@ -168,13 +169,13 @@ pub fn names(folder: &Path) -> Result<Vec<String>, OwnGrainsError> {
     Ok(names.into_iter().collect())
 }
 
-/// Replaces the shapes of a packing by the grains of a folder that have their size classes. The
+/// Replaces the shapes of a packing by the grains of a folder that stand for them. The
 /// packing then names the grains and the folder, and no ribs for them.
 pub fn replace_shapes(packing: &mut Packing, folder: &Path) -> Result<(), OwnGrainsError> {
-    let mut classes: BTreeMap<Shape, Vec<String>> = BTreeMap::new();
+    let mut of_shape: BTreeMap<Shape, Vec<String>> = BTreeMap::new();
     for name in names(folder)? {
         let grain = Grain::read(folder, &name)?;
-        classes.entry(grain.size_class).or_default().push(grain.name);
+        of_shape.entry(grain.shape).or_default().push(grain.name);
     }
     if let (Some(own), Some(grain)) = (packing.library.clone(), named(packing).next().cloned()) {
         return Err(OwnGrainsError::TwoFolders { folder: folder.to_owned(), own, grain });
@@ -184,7 +185,7 @@ pub fn replace_shapes(packing: &mut Packing, folder: &Path) -> Result<(), OwnGra
     for (shape, ribs) in packing.shapes_mut() {
         let ShapeSource::Modelled(modelled) = *shape else { continue };
         wanted.insert(modelled.name());
-        if let Some(names) = classes.get(&modelled) {
+        if let Some(names) = of_shape.get(&modelled) {
             *shape = ShapeSource::Library(FromLibrary { library: names.clone() });
             *ribs = None;
             is_used = true;
@@ -193,7 +194,7 @@ pub fn replace_shapes(packing: &mut Packing, folder: &Path) -> Result<(), OwnGra
     if !is_used {
         return Err(OwnGrainsError::NoneFits {
             folder: folder.to_owned(),
-            there: classes.into_keys().map(Shape::name).collect(),
+            there: of_shape.into_keys().map(Shape::name).collect(),
             wanted: wanted.into_iter().collect(),
         });
     }

@@ -24,7 +24,7 @@ pub struct Wanted<'a> {
     /// Name of the grain.
     pub name: &'a str,
     /// The shape that it stands for.
-    pub size_class: Shape,
+    pub shape: Shape,
     /// Length of the scan's unit, um.
     pub unit_um: f64,
     /// How far the thinned surface may lie from the scan, as a share of the diameter.
@@ -81,7 +81,7 @@ pub fn bring(scan: &Path, folder: &Path, wanted: &Wanted) -> Result<Brought, Err
     output::bytes(&file("obj"), obj_text(&thin).as_bytes())?;
     let about = json!({
         "soilsig_grain": FORMAT,
-        "size_class": wanted.size_class,
+        "shape": wanted.shape,
         "diameter_um": diameter_um,
         "made_from": {
             "scan": scan.file_name().unwrap_or_default().to_string_lossy(),

@@ -39,7 +39,7 @@ pub struct Args {
 #[derive(clap::Subcommand)]
 enum Command {
     /// Checks a folder of your own grains, without Blender: closed, faces outward, no
-    /// self-intersection, one piece, in micrometres, of a known size class
+    /// self-intersection, one piece, in micrometres, standing for a known shape
     Check {
         /// The folder
         folder: PathBuf,
@@ -56,9 +56,9 @@ struct Import {
     /// Folder of own grains that the grain is written into
     #[arg(long, short, value_name = "FOLDER", value_parser = utf8_path())]
     out: PathBuf,
-    /// The shape that the grain stands for: fine_35, fine_60, grain_500, grain_640 or grain_853
-    #[arg(long, value_name = "SHAPE", value_parser = size_class)]
-    size_class: Shape,
+    /// The shape that the grain stands for: flake, chip, angular, subangular or worn
+    #[arg(long, alias = "size-class", value_name = "SHAPE", value_parser = shape)]
+    shape: Shape,
     /// Name of the grain [default: that of the scan's file]
     #[arg(long)]
     name: Option<String>,
@@ -71,7 +71,7 @@ struct Import {
     deviation: f64,
 }
 
-fn size_class(text: &str) -> Result<Shape, String> {
+fn shape(text: &str) -> Result<Shape, String> {
     serde_json::from_value(text.into()).map_err(|error| error.to_string())
 }
 
@@ -103,10 +103,10 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
 }
 
 fn import(args: &Import, context: &Context) -> Outcome {
-    let Import { scan, out, size_class, name, unit_um, deviation } = args;
+    let Import { scan, out, shape, name, unit_um, deviation } = args;
     let stem = scan.file_stem().unwrap_or_default().to_string_lossy();
     let name = name.as_deref().unwrap_or(&stem);
-    let wanted = Wanted { name, size_class: *size_class, unit_um: *unit_um, deviation: *deviation };
+    let wanted = Wanted { name, shape: *shape, unit_um: *unit_um, deviation: *deviation };
     let made = scan::bring(scan, out, &wanted)?;
     context.print(&format!(
         "{name}: {:.1} um, {} of {} triangles, surface within about {:.2} um, volume changed by \
@@ -126,8 +126,8 @@ fn check(folder: &Path, context: &Context) -> Outcome {
     let mut status = None;
     for name in own_grains::names(folder)? {
         let line = match Grain::read(folder, &name) {
-            Ok(Grain { size_class, diameter_um, faces, .. }) => {
-                format!("{name}: {}, {diameter_um:.1} um, {faces} faces: sound", size_class.name())
+            Ok(Grain { shape, diameter_um, faces, .. }) => {
+                format!("{name}: {}, {diameter_um:.1} um, {faces} faces: sound", shape.name())
             }
             Err(FileError::Wrong { problem, .. }) => {
                 status = Some(Status::Input);

@@ -23,7 +23,7 @@ pub struct Args {
     /// Folder for the result [default: out/COVERAGE or out/NAME-OF-THE-SCENE-FILE]
     #[arg(long, short, value_name = "FOLDER", value_parser = utf8_path())]
     out: Option<PathBuf>,
-    /// Folder of your own grains: they replace the shapes of their size class
+    /// Folder of your own grains: they replace the shapes that they stand for
     #[arg(long, value_name = "FOLDER", value_parser = utf8_path())]
     grains: Option<PathBuf>,
     /// Random seed of shapes, dust, drop and rays; it replaces the scene's

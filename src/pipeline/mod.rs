@@ -252,7 +252,7 @@ impl<'a> Run<'a> {
         Ok(told)
     }
 
-    /// The user's grains of a packing. Those of `--grains` replace the shapes of their size class.
+    /// The user's grains of a packing. Those of `--grains` replace the shapes that they stand for.
     fn library(&mut self, scene: &mut Scene) -> Result<Option<OwnGrains>, Error> {
         let folder = scene.folder().to_owned();
         let SceneGeometry::Packing(packing) = &mut scene.geometry else {

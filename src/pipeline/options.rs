@@ -43,7 +43,7 @@ pub struct Options {
     /// What the spectra of powders give to facets; `None` leaves the scene as it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub facets: Option<Facets>,
-    /// The user's grains, which replace the shapes of their size class.
+    /// The user's grains, which replace the shapes that they stand for.
     #[serde(default)]
     pub grains: Option<PathBuf>,
     /// A seed that replaces the scene's, of packing and rays both.

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::packing_check::{
     GRAIN_NAME, LEAST_FORM, MOST, MOST_FRAMES, MOST_ITERATIONS, MOST_LAYERS, MOST_RIBS, MOST_SEED,
@@ -54,37 +55,55 @@ pub struct Packing {
     pub soil: Option<Box<Soil>>,
 }
 
-/// The five quartz shapes modelled after SEM images; each can have any diameter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+/// The five quartz shapes modelled after SEM images; each can have any diameter. Their earlier names
+/// are read as well.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(rename_all = "snake_case")]
 pub enum Shape {
-    /// A fresh splinter, the most elongated.
-    #[serde(rename = "fine_35")]
-    Fine35,
-    /// A splinter.
-    #[serde(rename = "fine_60")]
-    Fine60,
-    /// An angular grain.
-    #[serde(rename = "grain_500")]
-    Grain500,
+    /// A fresh splinter, the most elongated and the flattest.
+    Flake,
+    /// A fresh splinter, less elongated.
+    Chip,
+    /// A grain with sharp edges.
+    Angular,
     /// A grain with its edges a little rounded.
-    #[serde(rename = "grain_640")]
-    Grain640,
+    Subangular,
     /// The most equant grain, with the roundest edges.
-    #[serde(rename = "grain_853")]
-    Grain853,
+    Worn,
 }
 
 impl Shape {
     /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Fine35 => "fine_35",
-            Self::Fine60 => "fine_60",
-            Self::Grain500 => "grain_500",
-            Self::Grain640 => "grain_640",
-            Self::Grain853 => "grain_853",
+            Self::Flake => "flake",
+            Self::Chip => "chip",
+            Self::Angular => "angular",
+            Self::Subangular => "subangular",
+            Self::Worn => "worn",
         }
+    }
+
+    fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "flake" | "fine_35" => Self::Flake,
+            "chip" | "fine_60" => Self::Chip,
+            "angular" | "grain_500" => Self::Angular,
+            "subangular" | "grain_640" => Self::Subangular,
+            "worn" | "grain_853" => Self::Worn,
+            _ => return None,
+        })
+    }
+}
+
+impl<'de> Deserialize<'de> for Shape {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        Self::named(&name).ok_or_else(|| {
+            let problem = "is no shape: use flake, chip, angular, subangular or worn";
+            D::Error::custom(format!("{name} {problem}"))
+        })
     }
 }
 
@@ -93,7 +112,7 @@ impl Shape {
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(
     untagged,
-    expecting = "a shape is one of fine_35, fine_60, grain_500, grain_640, grain_853, or {\"elongation\": x, \"flatness\": y}, or {\"library\": [names of grains]}"
+    expecting = "a shape is one of flake, chip, angular, subangular, worn, or {\"elongation\": x, \"flatness\": y}, or {\"library\": [names of grains]}"
 )]
 pub enum ShapeSource {
     /// One of the modelled shapes.
@@ -121,13 +140,13 @@ pub struct Form {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = LEAST_FORM, max = 1)))]
     pub sphericity: Option<f64>,
-    /// The shape that is stretched. Default: `grain_500`.
+    /// The shape that is stretched. Default: `angular`.
     #[serde(default = "angular")]
     pub like: Shape,
 }
 
 fn angular() -> Shape {
-    Shape::Grain500
+    Shape::Angular
 }
 
 /// Grains of the packing's library, in turn.
@@ -336,5 +355,33 @@ impl Packing {
     pub fn shapes_mut(&mut self) -> impl Iterator<Item = (&mut ShapeSource, &mut Option<u8>)> {
         let grains = self.grains.iter_mut().map(|class| (&mut class.shape, &mut class.ribs));
         grains.chain(self.fines.iter_mut().map(|class| (&mut class.shape, &mut class.ribs)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{from_value, json, to_value};
+
+    use super::ShapeSource;
+
+    #[test]
+    fn earlier_names_of_shapes_are_read_and_the_present_ones_are_written() {
+        for (earlier, name) in [
+            ("fine_35", "flake"),
+            ("fine_60", "chip"),
+            ("grain_500", "angular"),
+            ("grain_640", "subangular"),
+            ("grain_853", "worn"),
+        ] {
+            let stretched =
+                |like: &str| json!({"elongation": 0.5, "flatness": 0.5, "like": like});
+            for (given, written) in
+                [(json!(earlier), json!(name)), (stretched(earlier), stretched(name))]
+            {
+                let shape: ShapeSource = from_value(given).expect("a shape");
+                assert_eq!(to_value(&shape).expect("plain data"), written);
+                assert_eq!(from_value::<ShapeSource>(written).expect("a shape"), shape);
+            }
+        }
     }
 }

@@ -446,7 +446,7 @@ mod tests {
         serde_json::from_value(json!({
             "seed": 1,
             "components": [component(500, a), component(640, b), component(853, c)],
-            "dust": [{"name": "fine", "material": "fine", "shape": "fine_60", "size_um": 60}]
+            "dust": [{"name": "fine", "material": "fine", "shape": "chip", "size_um": 60}]
         }))
         .expect("a soil")
     }

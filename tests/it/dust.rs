@@ -24,11 +24,11 @@ fn pipeline(place: &Place, blender: &Path, fines: &[Value; 2], dust: &Value) -> 
                       {"name": "floor", "spectrum": {"constant": 0.9}}],
         "geometry": {"packing": {
             "seed": 5,
-            "grains": [{"name": "little", "shape": "grain_500", "diameter_um": 400, "material": "coarse",
+            "grains": [{"name": "little", "shape": "angular", "diameter_um": 400, "material": "coarse",
                         "count": 8, "fines": fines[0]},
-                       {"name": "big", "shape": "grain_853", "diameter_um": 600, "material": "coarse",
+                       {"name": "big", "shape": "worn", "diameter_um": 600, "material": "coarse",
                         "count": 4, "fines": fines[1]}],
-            "fines": [{"name": "fine_50", "shape": "fine_35", "diameter_um": 50, "material": "fine", "share": 1}],
+            "fines": [{"name": "fine_50", "shape": "flake", "diameter_um": 50, "material": "fine", "share": 1}],
             "dust": dust, "variants": 1, "tray_um": [1600, 1600], "crop_um": 300,
             "floor_material": "floor"}}
     });

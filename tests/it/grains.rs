@@ -86,7 +86,7 @@ fn every_shape_reaches_what_is_asked_in_every_blender() {
         let place = Place::new();
         let report = grains(&place, &blender, &["--out", "g"]);
         let names: Vec<&str> = report.shapes.iter().map(|shape| shape.name.as_str()).collect();
-        assert_eq!(names, ["fine_35", "fine_60", "grain_500", "grain_640", "grain_853"]);
+        assert_eq!(names, ["flake", "chip", "angular", "subangular", "worn"]);
         let objects = objects(&place.path("g/grains.obj"));
         for shape in &report.shapes {
             assert_eq!(shape.bodies.len(), 4);

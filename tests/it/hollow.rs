@@ -79,7 +79,7 @@ fn a_scan_with_hollows_is_dusted_dropped_and_traced() {
     let diameter = (6.0 * volume / std::f64::consts::PI).cbrt();
     fs::create_dir_all(place.path("grains")).expect("made");
     fs::write(place.path("grains/scan.obj"), &obj).expect("written");
-    let about = json!({"soilsig_grain": 1, "size_class": "grain_500", "diameter_um": diameter});
+    let about = json!({"soilsig_grain": 1, "shape": "angular", "diameter_um": diameter});
     fs::write(place.path("grains/scan.json"), about.to_string()).expect("written");
     let (said, _) = place.run(&["grains", "check", "grains"], 0);
     assert!(said.contains("100352 faces"), "{said}");

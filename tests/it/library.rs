@@ -35,8 +35,8 @@ fn diameter_um() -> f64 {
     (6.0 * volume / std::f64::consts::PI).cbrt()
 }
 
-fn about(size_class: &str) -> Value {
-    json!({"soilsig_grain": 1, "size_class": size_class, "diameter_um": diameter_um()})
+fn about(shape: &str) -> Value {
+    json!({"soilsig_grain": 1, "shape": shape, "diameter_um": diameter_um()})
 }
 
 const CHECK: [&str; 3] = ["grains", "check", "grains"];
@@ -52,7 +52,7 @@ fn the_check_names_what_is_wrong_with_a_grain_and_where() {
     let place = Place::new();
     let folder = place.path("grains");
     let sound = octahedron(0.0);
-    let class = about("grain_500");
+    let class = about("angular");
     let without_last = sound.trim_end().rsplit_once('\n').expect("lines").0.to_owned();
     let turned = sound.replacen("f 1 3 5", "f 3 1 5", 1);
     let inward: String = sound
@@ -72,10 +72,10 @@ fn the_check_names_what_is_wrong_with_a_grain_and_where() {
     });
     let crossing = sound.replace("v 300 0 0", "v -150 180 90");
     let hollow = sound.replace("v 300 0 0", "v -100 0 0");
-    let of_hollow = json!({"soilsig_grain": 1, "size_class": "grain_500", "diameter_um": 244.2186});
+    let of_hollow = json!({"soilsig_grain": 1, "shape": "angular", "diameter_um": 244.2186});
     let millimetres = sound.replace("00 ", ".0 ").replace("60 ", ".6 ");
-    let wrong_class = about("grain_700");
-    let wrong_version = json!({"soilsig_grain": 2, "size_class": "grain_500", "diameter_um": 1});
+    let wrong_shape = about("grain_700");
+    let wrong_version = json!({"soilsig_grain": 2, "shape": "angular", "diameter_um": 1});
     let mut told = String::new();
     for (name, obj, json) in [
         ("sound", &sound, &class),
@@ -86,7 +86,7 @@ fn the_check_names_what_is_wrong_with_a_grain_and_where() {
         ("crossing", &crossing, &class),
         ("hollow", &hollow, &of_hollow),
         ("unit", &millimetres, &class),
-        ("class", &sound, &wrong_class),
+        ("shape", &sound, &wrong_shape),
         ("version", &sound, &wrong_version),
         ("no good", &sound, &class),
         ("nothing", &String::new(), &class),
@@ -102,11 +102,25 @@ fn the_check_names_what_is_wrong_with_a_grain_and_where() {
     assert_snapshot!(told);
 }
 
+/// As libraries were written before shapes had their present names.
+#[test]
+fn a_library_with_the_earlier_names_of_shapes_is_read() {
+    let place = Place::new();
+    let folder = place.path("grains");
+    let earlier = json!({"soilsig_grain": 1, "size_class": "grain_640", "diameter_um": diameter_um()});
+    put(&folder, "stone", &octahedron(0.0), &earlier);
+    let (said, _) = place.run(&CHECK, 0);
+    assert!(said.starts_with("stone: subangular, "), "{said}");
+    let import = ["grains", "import", "grains/stone.obj", "--out", "others", "--deviation", "0"];
+    place.run(&[&import[..], &["--size-class", "grain_640"]].concat(), 0);
+    assert_eq!(place.json("others/stone.json")["shape"], "subangular");
+}
+
 #[test]
 fn a_mesh_without_its_json_is_refused_and_a_scene_beside_it_is_no_grain() {
     let place = Place::new();
     let folder = place.path("grains");
-    put(&folder, "stone", &octahedron(0.0), &about("grain_640"));
+    put(&folder, "stone", &octahedron(0.0), &about("subangular"));
     fs::copy(shipped("small.json"), folder.join("bed.json")).expect("copied");
     place.run(&CHECK, 0);
     fs::remove_file(folder.join("stone.json")).expect("removed");
@@ -127,19 +141,19 @@ fn what_is_wrong_with_a_library_is_known_before_blender_is_looked_for() {
     let small = shipped("small.json");
     let with = ["--scene", &small, "--grains", "grains"];
     fails(&with, 3);
-    put(&place.path("grains"), "stone", &octahedron(0.0), &about("fine_35"));
+    put(&place.path("grains"), "stone", &octahedron(0.0), &about("flake"));
     fails(&with, 3);
-    put(&place.path("grains"), "stone", "f 1 2 3\n", &about("grain_500"));
+    put(&place.path("grains"), "stone", "f 1 2 3\n", &about("angular"));
     fails(&with, 3);
     let placed = shipped("settled_patch.json");
     fails(&["--scene", &placed, "--grains", "grains"], 2);
     // A sound one gets as far as the search for Blender, and one in groups is as sound.
-    put(&place.path("grains"), "stone", &octahedron(0.0), &about("grain_500"));
+    put(&place.path("grains"), "stone", &octahedron(0.0), &about("angular"));
     fails(&with, 10);
     let grouped = octahedron(0.0).replacen("\nf ", "\ng top\nusemtl a\nf ", 1);
     let (top, below) = grouped.rsplit_once("\nf ").expect("faces");
     let grouped = format!("mtllib none.mtl\n{top}\ng below\nusemtl b\nf {below}");
-    put(&place.path("grains"), "stone", &grouped, &about("grain_500"));
+    put(&place.path("grains"), "stone", &grouped, &about("angular"));
     fails(&with, 10);
 
     let mut scene = shipped_json("small.json");
@@ -151,7 +165,7 @@ fn what_is_wrong_with_a_library_is_known_before_blender_is_looked_for() {
     scene["geometry"]["packing"]["grains"][0]["shape"] = json!({"library": ["pebble"]});
     fs::write(place.path("own.json"), scene.to_string()).expect("written");
     fails(&["--scene", "own.json"], 3);
-    put(&place.path("others"), "rock", &octahedron(0.0), &about("grain_640"));
+    put(&place.path("others"), "rock", &octahedron(0.0), &about("subangular"));
     fails(&["--scene", "own.json", "--grains", "others"], 3);
     scene["geometry"]["packing"]["grains"][0]["shape"] = json!("grain_700");
     fs::write(place.path("own.json"), scene.to_string()).expect("written");
@@ -168,7 +182,7 @@ fn ribs_go_with_the_shapes_that_grains_stand_for_and_are_not_written_unless_aske
     }
     let scene = Scene::parse(&scene.to_string(), Path::new("small.json")).expect("sound");
     let SceneGeometry::Packing(mut packing) = scene.geometry else { panic!("a recipe") };
-    put(&place.path("grains"), "stone", &octahedron(0.0), &about("grain_500"));
+    put(&place.path("grains"), "stone", &octahedron(0.0), &about("angular"));
     own_grains::replace_shapes(&mut packing, &place.path("grains")).expect("it fits");
     let written = serde_json::to_value(&packing).expect("plain data");
     let ribs = |kind: &str, i: usize| written[kind][i].get("ribs").cloned();
@@ -190,12 +204,12 @@ fn run(place: &Place, blender: &Path, args: &[&str]) -> (Value, bool) {
 }
 
 #[test]
-fn grains_of_ones_own_stand_for_their_size_class_and_their_content_makes_the_bed() {
+fn grains_of_ones_own_stand_for_their_shape_and_their_content_makes_the_bed() {
     for blender in real_blenders() {
         let place = Place::new();
         let folder = place.path("grains");
-        put(&folder, "stone", &octahedron(0.0), &about("grain_500"));
-        put(&folder, "rock", &octahedron(9.0), &about("grain_500"));
+        put(&folder, "stone", &octahedron(0.0), &about("angular"));
+        put(&folder, "rock", &octahedron(9.0), &about("angular"));
         let args = ["--scene", &shipped("small.json"), "--out", "r", "--grains", "grains"];
         let (record, cached) = run(&place, &blender, &args);
         assert!(!cached);
@@ -212,7 +226,7 @@ fn grains_of_ones_own_stand_for_their_size_class_and_their_content_makes_the_bed
             .collect();
         // One variant is asked for, and two grains are there: both fall.
         let own = [("grain_500_0", "rock"), ("grain_500_1", "stone")];
-        let modelled = [("grain_640_0", "grain_640"), ("grain_853_0", "grain_853")];
+        let modelled = [("grain_640_0", "subangular"), ("grain_853_0", "worn")];
         assert_eq!(made, [own, modelled].concat());
         // An octahedron of the class's diameter: its sphericity tells it from the shape.
         let volume = drop["prototypes"][0]["volume_um3"].as_f64().expect("a volume");

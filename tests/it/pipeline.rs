@@ -277,11 +277,11 @@ fn any_number_of_size_classes_and_minerals_goes_through() {
       "materials": [{"name": "olivine", "spectrum": {"inverted": {"spectrum": {"constant": 0.9}, "pure_bed": ["pure.json"]}}}, {"name": "quartz", "spectrum": {"file": "q.csv"}},
                     {"name": "clay", "spectrum": {"file": "c.sli"}}, {"name": "floor", "spectrum": {"constant": 0.9}}],
       "geometry": {"packing": {"seed": 3,
-        "grains": [{"name": "big", "shape": "grain_853", "diameter_um": 700, "material": "olivine", "count": 4, "fines": 40},
-                   {"name": "middle", "shape": "grain_500", "diameter_um": 420, "material": "quartz", "count": 8, "fines": 0},
-                   {"name": "little", "shape": "fine_60", "diameter_um": 250, "material": "clay", "count": 12, "fines": 10}],
-        "fines": [{"name": "dust", "shape": "fine_35", "diameter_um": 50, "material": "clay", "share": 0.5},
-                  {"name": "grit", "shape": "fine_60", "diameter_um": 70, "material": "quartz", "share": 0.5}],
+        "grains": [{"name": "big", "shape": "worn", "diameter_um": 700, "material": "olivine", "count": 4, "fines": 40},
+                   {"name": "middle", "shape": "angular", "diameter_um": 420, "material": "quartz", "count": 8, "fines": 0},
+                   {"name": "little", "shape": "chip", "diameter_um": 250, "material": "clay", "count": 12, "fines": 10}],
+        "fines": [{"name": "dust", "shape": "flake", "diameter_um": 50, "material": "clay", "share": 0.5},
+                  {"name": "grit", "shape": "chip", "diameter_um": 70, "material": "quartz", "share": 0.5}],
         "variants": 2, "tray_um": [1700, 1700], "crop_um": 300, "floor_material": "floor"}}}"#;
     place.write("mixture.json", scene);
     place.write("q.csv", "um,emissivity\n8,0.5\n12,0.9\n");

@@ -102,7 +102,7 @@ fn every_format_gives_the_same_grain_thinned_with_the_scan_s_volume() {
     let diameter = (6.0 * scan.volume() / PI).cbrt();
     let import = |file: &str, deviation: &str| {
         let name = file.replace('.', "_");
-        let args = ["grains", "import", file, "--out", "grains", "--size-class", "grain_500"];
+        let args = ["grains", "import", file, "--out", "grains", "--shape", "angular"];
         let more = ["--unit-um", "1000", "--name", &name, "--deviation", deviation];
         place.run(&[&args[..], &more].concat(), 0).0
     };
@@ -153,12 +153,12 @@ fn stl_files_are_read_as_programs_write_them() {
         no_normals,
     ] {
         place.write("s.stl", &content);
-        let args = ["grains", "import", "s.stl", "--out", "grains", "--size-class", "grain_500"];
+        let args = ["grains", "import", "s.stl", "--out", "grains", "--shape", "angular"];
         let (said, _) = place.run(&[&args[..], &["--deviation", "0.02"]].concat(), 0);
         assert!(said.contains("of 12800 triangles"), "{said}");
     }
     place.write("s.stl", &binary[..binary.len() - 10]);
-    let args = ["grains", "import", "s.stl", "--out", "grains", "--size-class", "grain_500"];
+    let args = ["grains", "import", "s.stl", "--out", "grains", "--shape", "angular"];
     assert!(place.refused(&args, 3).contains("cut short"));
 }
 
@@ -171,7 +171,7 @@ fn concave_faces_of_a_scan_are_cut_into_triangles() {
     let sides = (1..=6).map(|i| format!("f {i} {j} {} {}\n", next(i) + 6, i + 6, j = next(i)));
     let ends = "f 6 5 4 3 2 1\nf 7 8 9 10 11 12\n";
     place.write("prism.obj", corners.concat() + ends + &sides.collect::<String>());
-    let args = ["grains", "import", "prism.obj", "--out", "grains", "--size-class", "grain_500"];
+    let args = ["grains", "import", "prism.obj", "--out", "grains", "--shape", "angular"];
     place.run(&[&args[..], &["--unit-um", "100", "--deviation", "0"]].concat(), 0);
     let about = place.json("grains/prism.json");
     assert_eq!(about["made_from"]["triangles"], 20);
@@ -189,7 +189,7 @@ fn a_scan_that_is_no_body_is_refused_with_its_place() {
     let place = Place::new();
     let mut scan = Scan::new();
     let import = |file: &str| {
-        let args = ["grains", "import", file, "--out", "grains", "--size-class", "grain_500"];
+        let args = ["grains", "import", file, "--out", "grains", "--shape", "angular"];
         place.refused(&args, 3)
     };
     place.write("inside_out.ply", {
@@ -221,7 +221,7 @@ fn a_scan_goes_through_to_a_signature() {
     let Some(blender) = a_blender() else { return };
     let place = Place::new();
     place.write("pebble.ply", Scan::new().ply("binary_little_endian"));
-    let args = ["grains", "import", "pebble.ply", "--out", "grains", "--size-class", "grain_500"];
+    let args = ["grains", "import", "pebble.ply", "--out", "grains", "--shape", "angular"];
     place.run(&[&args[..], &["--unit-um", "1000"]].concat(), 0);
     let scene = shipped("small.json");
     let args = ["pipeline", "--scene", &scene, "--out", "r", "--grains", "grains", "--tolerance"];

@@ -14,16 +14,16 @@ fn soil() -> Value {
         "grains": 40,
         "components": [
             {"name": "quartz", "material": "quartz", "mass_share": 0.7,
-             "size_um": {"range": [500, 700]}, "shape": "grain_640",
+             "size_um": {"range": [500, 700]}, "shape": "subangular",
              "dust": [{"kind": "clay", "cover": 0.2}, {"kind": "silt", "cover": 0.1}]},
             {"name": "gypsum", "material": "gypsum", "mass_share": 0.3, "density_g_cm3": 2.32,
              "size_um": 450, "shape": {"elongation": 0.6, "flatness": 0.4},
              "dust": [{"kind": "silt", "mass_ratio": 0.02}]}
         ],
         "dust": [
-            {"name": "clay", "material": "clay", "size_um": 40, "shape": "fine_35",
+            {"name": "clay", "material": "clay", "size_um": 40, "shape": "flake",
              "density_g_cm3": 2.6},
-            {"name": "silt", "material": "quartz", "shape": "fine_60",
+            {"name": "silt", "material": "quartz", "shape": "chip",
              "size_um": {"lognormal": {"median": 60, "sigma": 0.15}}}
         ]
     })
@@ -180,7 +180,7 @@ fn what_is_wrong_with_a_soil_is_refused_with_its_key_and_the_remedy() {
             "less than one fine on a grain: raise its mass_ratio",
         ),
         ("/shape", json!({"elongation": 0.01, "flatness": 1}), "not within 0.1 to 1"),
-        ("/shape", json!("pebble"), "a shape is one of fine_35"),
+        ("/shape", json!("pebble"), "a shape is one of flake"),
         ("/counts", json!(3), "unknown field `counts`"),
     ] {
         let soil = at(&format!("{quartz}{pointer}"), value);

@@ -13,11 +13,11 @@ from soilsig_blender.model.shapes import SHAPES, model
 
 TOUCH_UM = 1e-4
 FINES = [
-    {"name": "fine_35", "shape": "fine_35", "diameter_um": 35, "material": "fine", "share": 0.8},
-    {"name": "fine_60", "shape": "fine_60", "diameter_um": 60, "material": "fine", "share": 0.2},
+    {"name": "fine_35", "shape": "flake", "diameter_um": 35, "material": "fine", "share": 0.8},
+    {"name": "fine_60", "shape": "chip", "diameter_um": 60, "material": "fine", "share": 0.2},
 ]
 fines = prototype.model_fines({"seed": 1, "fines": FINES})
-grain = model(SHAPES["grain_500"], 400.0, stream(1, "shape", "grain", 0))
+grain = model(SHAPES["angular"], 400.0, stream(1, "shape", "grain", 0))
 
 
 def dressed(wanted, layers=8, overlap=0, classes=fines):

@@ -39,7 +39,7 @@ def pose(turn=None, shift=(0, 0, 0)):
     return matrix
 
 
-def fines(shape="fine_35", diameter=35.0):
+def fines(shape="flake", diameter=35.0):
     made = [
         seated_on_base(shapes.model(shapes.SHAPES[shape], diameter, stream(1, shape, i)))
         for i in range(3)
@@ -112,7 +112,7 @@ class Body(unittest.TestCase):
             self.assertLess(around.volume_and_centroid[0], 1.1 * filled)
 
     def test_descriptors_of_a_convex_mesh_are_those_of_the_convex_body(self):
-        body = shapes.model(shapes.SHAPES["grain_500"], 500, stream(1, "shape"))
+        body = shapes.model(shapes.SHAPES["angular"], 500, stream(1, "shape"))
         one, two = (
             shapes.measure(body),
             shapes.measure(HollowBody.of(body.vertices, body.triangles)),
@@ -215,7 +215,7 @@ class Bed(unittest.TestCase):
             dropped = drop(
                 [bare(grain)], packing := {
                     "seed": 1, "variants": 1, "tray_um": [1500, 1500],
-                    "grains": [{"name": "grain", "shape": "grain_500", "count": 12}],
+                    "grains": [{"name": "grain", "shape": "angular", "count": 12}],
                     "drop": {"collision": collision, "substeps": 10, "iterations": 30,
                              "max_frames": 400, "scale": 6.5, "gravity": 98.1, "margin": 0.04},
                 },

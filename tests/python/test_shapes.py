@@ -11,7 +11,7 @@ from soilsig_blender.model import body_check, shapes
 from soilsig_blender.model.polyhedron import Polyhedron
 
 
-def body(seed=1, name="grain_853"):
+def body(seed=1, name="worn"):
     return shapes.model(shapes.SHAPES[name], 100.0, stream(seed, "shape", name, 0))
 
 
@@ -28,7 +28,7 @@ class Modelling(unittest.TestCase):
 
     def test_stretched_shapes_have_the_proportions_asked_for_and_no_other_volume(self):
         for elongation, flatness in ((0.5, 0.3), (0.3, 0.9), (0.9, 0.25), (1.0, 1.0)):
-            entry = {"elongation": elongation, "flatness": flatness, "like": "grain_640"}
+            entry = {"elongation": elongation, "flatness": flatness, "like": "subangular"}
             shape = shapes.shape_of(entry)
             one = shapes.model(shape, 100.0, stream(1, "shape", "plate", 0))
             reached = shapes.measure(one)
@@ -36,7 +36,7 @@ class Modelling(unittest.TestCase):
             self.assertAlmostEqual(reached["flatness"], flatness, delta=0.01)
             self.assertAlmostEqual(one.volume_and_centroid[0], np.pi / 6 * 1e6, delta=1.0)
         with self.assertRaisesRegex(BedError, "sphericity"):
-            entry = {"elongation": 0.3, "flatness": 0.3, "sphericity": 0.9, "like": "grain_500"}
+            entry = {"elongation": 0.3, "flatness": 0.3, "sphericity": 0.9, "like": "angular"}
             shapes.model(shapes.shape_of(entry), 100.0, stream(1, "shape", "plate", 0))
 
     def test_any_ribs_make_sound_bodies_within_tolerance_and_more_make_more_facets(
@@ -74,7 +74,7 @@ class Modelling(unittest.TestCase):
         self.assertNotEqual(one.vertices.tolist(), other.vertices.tolist())
 
     def test_descriptors_out_of_reach_are_refused_by_name(self):
-        shape = dataclasses.replace(shapes.SHAPES["fine_35"], roundness=0.9)
+        shape = dataclasses.replace(shapes.SHAPES["flake"], roundness=0.9)
         with self.assertRaisesRegex(BedError, "'roundness': 0.9"):
             shapes.model(shape, 35.0, stream(1, "shape"))
 

@@ -69,7 +69,7 @@ class Modelling(unittest.TestCase):
         traced = silhouette.trace(GREY, None, sem_image.LEGEND)
         middle = (traced.hull.min(axis=0) + traced.hull.max(axis=0)) / 2
         for seed in range(8):
-            name = ("grain_500", "grain_853")[seed % 2]
+            name = ("angular", "worn")[seed % 2]
             body, told = silhouette_body.model(
                 traced, 0.8, 0.8, SHAPES[name], stream(seed, "silhouette")
             )
@@ -92,7 +92,7 @@ class Modelling(unittest.TestCase):
         traced = silhouette.trace(0.8 * ring)
         self.assertLess(traced.solidity, 0.8)
         with self.assertRaisesRegex(BedError, r"fills 0\.\d+ of its convex hull"):
-            silhouette_body.model(traced, 1.0, 0.8, SHAPES["grain_500"], stream(1, "s"))
+            silhouette_body.model(traced, 1.0, 0.8, SHAPES["angular"], stream(1, "s"))
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ def said(vertices, faces):
 
 class Hull(unittest.TestCase):
     def test_of_a_modelled_body_is_that_body_facet_by_facet(self):
-        for name in ("fine_35", "grain_500", "grain_853"):
+        for name in ("flake", "angular", "worn"):
             body = shapes.model(shapes.SHAPES[name], 500.0, stream(3, "shape", name))
             # As a modelling program holds it, in millimetres and single precision.
             single = (body.vertices / 1000).astype(np.float32).astype(float) * 1000

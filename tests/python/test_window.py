@@ -47,7 +47,7 @@ class Window(unittest.TestCase):
         bpy.ops.soilsig.load_image(filepath=path)
         self.settings.legend_pixels = sem_image.LEGEND
 
-    def shape(self, name="grain_500", diameter_um=500):
+    def shape(self, name="angular", diameter_um=500):
         self.settings.shape, self.settings.diameter_um = name, diameter_um
         bpy.ops.soilsig.from_shape()
         return bpy.context.active_object
@@ -81,7 +81,7 @@ class Window(unittest.TestCase):
         self.assertGreater(json.loads(o.soilsig.made_from)["overlap"], 0.9)
 
     def test_normalising_gives_the_volume_about_the_centre_whatever_the_object_s_scale(self):
-        o = self.shape("grain_853", 853)
+        o = self.shape("worn", 853)
         o.scale, o.rotation_euler, o.location = (1, 1.2, -0.7), (0.3, 0.2, 0.1), (1, 2, 3)
         self.settings.diameter_um = 321
         bpy.ops.soilsig.normalise()
@@ -167,11 +167,11 @@ class Window(unittest.TestCase):
         return child
 
     def test_what_is_saved_is_what_the_scripts_read(self):
-        o = self.shape("grain_640", 640)
+        o = self.shape("subangular", 640)
         o.name = "stone"
         bpy.ops.soilsig.save()
         said = own_grains.entries(self.settings.library)["stone"]
-        self.assertEqual((said["size_class"], said["diameter_um"]), ("grain_640", 640))
+        self.assertEqual((said["shape"], said["diameter_um"]), ("subangular", 640))
         body = own_grains.load(self.settings.library, "stone")
         self.assertEqual(len(body.facets), len(o.data.polygons))
         o.name = "a stone"
@@ -186,8 +186,8 @@ class Window(unittest.TestCase):
 
     def test_the_scene_of_a_library_is_a_recipe_that_the_scripts_take(self):
         path = os.path.join(self.folder, "bed.json")
-        self.refused("no grain of the classes", bpy.ops.soilsig.export_scene, filepath=path)
-        for name, diameter in (("grain_500", 480), ("grain_853", 853), ("fine_60", 60)):
+        self.refused("no grain of the library stands for", bpy.ops.soilsig.export_scene, filepath=path)
+        for name, diameter in (("angular", 480), ("worn", 853), ("chip", 60)):
             self.shape(name, diameter)
             bpy.ops.soilsig.save()
         self.settings.bed_count = 31
@@ -195,7 +195,7 @@ class Window(unittest.TestCase):
         _, packing = recipe.load(path)
         self.assertEqual([g["count"] for g in packing["grains"]], [16, 15])
         self.assertEqual(packing["grains"][0]["diameter_um"], 480)
-        self.assertEqual(packing["fines"][1]["shape"], {"library": ["fine_60"]})
+        self.assertEqual(packing["fines"][1]["shape"], {"library": ["chip"]})
         self.assertEqual(
             os.path.realpath(packing["library"]), os.path.realpath(self.settings.library)
         )

@@ -8,8 +8,11 @@ from ..model.own_grains import NAME, VERSION, describe
 from . import json_files, obj_files
 
 
-def save(folder, name, body, size_class, made_from):
-    """Writes a grain into the library; what had its name is replaced. Returns its entry."""
+def save(folder, name, body, shape, made_from):
+    """Writes a grain that stands for a shape into the library. Returns its entry.
+
+    What had its name is replaced.
+    """
     if not NAME.fullmatch(name):
         raise BedError(
             "scene", f"{name!r} cannot name a grain", "use up to 40 letters, digits, _ and -"
@@ -17,7 +20,7 @@ def save(folder, name, body, size_class, made_from):
     os.makedirs(folder, exist_ok=True)
     entry = {
         "soilsig_grain": VERSION,
-        "size_class": size_class,
+        "shape": shape,
         **describe(body),
         "made_from": made_from,
     }

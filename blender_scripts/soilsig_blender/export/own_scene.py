@@ -5,7 +5,6 @@ import os
 
 from ..common.errors import BedError
 from ..model.own_grains import entries
-from ..model.shapes import SHAPES
 from . import json_files
 
 # As in the shipped scenes: the tray's area for each grain as a share of its squared diameter, and
@@ -14,7 +13,7 @@ _AREA = 0.56
 _RIM = 0.9
 # The fines of the shipped scenes: a fifth by number are the larger ones. They lie in one layer, and
 # neighbours may overlap.
-FINES = (("fine_35", 35.0, 0.8), ("fine_60", 60.0, 0.2))
+FINES = (("fine_35", "flake", 35.0, 0.8), ("fine_60", "chip", 60.0, 0.2))
 DUST = {"layers": 1, "overlap": 1.0}
 _DROP = {
     "collision": "hull",
@@ -28,40 +27,41 @@ _DROP = {
 
 
 def fine_classes(grains=None):
-    """The classes of fines: own grains where there are some of their size class."""
-    of = _by_class(grains or {})
+    """The classes of fines: own grains where some stand for their shape."""
+    of = _by_shape(grains or {})
     return [
         {
             "name": name,
-            "shape": {"library": of[name]} if name in of else name,
+            "shape": {"library": of[shape]} if shape in of else shape,
             "diameter_um": diameter,
             "material": "fine",
             "share": share,
         }
-        for name, diameter, share in FINES
+        for name, shape, diameter, share in FINES
     ]
 
 
 def scene(name, grains, library, count, fines, seed, rim=_RIM):
-    """The scene of `count` grains, an equal share of each size class of `grains` (name: entry).
+    """The scene of `count` grains, an equal share for each shape of `grains` (name: entry).
 
     `fines` is a number for each grain, or `{"silhouette": share}`; `library` the folder, relative
     to the scene file.
     """
-    of = {size: names for size, names in _by_class(grains).items() if size.startswith("grain")}
+    of_fines = [shape for _, shape, _, _ in FINES]
+    of = {shape: names for shape, names in _by_shape(grains).items() if shape not in of_fines}
     if not of:
         raise BedError(
             "scene",
-            "the library has no grain of the classes grain_500, grain_640, grain_853",
-            "assign one of these to a grain and save it",
+            "no grain of the library stands for angular, subangular or worn",
+            "assign one of these shapes to a grain and save it",
         )
     classes = []
-    for number, (size, names) in enumerate(sorted(of.items())):
+    for number, (shape, names) in enumerate(sorted(of.items())):
         share = count // len(of) + (number < count % len(of))
         diameter = sum(grains[n]["diameter_um"] for n in names) / len(names)
         classes.append(
             {
-                "name": size,
+                "name": shape,
                 "shape": {"library": names},
                 "diameter_um": round(diameter, 3),
                 "material": "coarse",
@@ -112,9 +112,8 @@ def export(path, library, count, fines, seed):
     return made
 
 
-def _by_class(grains):
+def _by_shape(grains):
     of = {}
     for name, entry in sorted(grains.items()):
-        if entry["size_class"] in SHAPES:
-            of.setdefault(entry["size_class"], []).append(name)
+        of.setdefault(entry["shape"], []).append(name)
     return of

@@ -12,7 +12,7 @@ from .convex_hull import FLATNESS, hull_of
 from .descriptors import feret_axes, roundness_class
 from .hollow_body import HollowBody
 from .mesh_faults import TriangleMesh, faults, is_hollow
-from .shapes import SHAPES, equivalent_diameter, measure
+from .shapes import equivalent_diameter, known, measure
 
 VERSION = 1
 # Files and objects in a .obj are called by these names.
@@ -70,8 +70,9 @@ def entries(folder):
             raise BedError("scene", f"{path} is not JSON: {error}", "correct the file") from error
         if not isinstance(entry, dict) or entry.get("soilsig_grain") != VERSION:
             continue
-        if entry.get("size_class") in SHAPES:
-            found[stem] = entry
+        shape = known(entry.get("shape", entry.get("size_class")))
+        if shape:
+            found[stem] = {**entry, "shape": shape}
     return found
 
 

@@ -37,7 +37,8 @@ from .polyhedron import Polyhedron, intersect
 class Shape:
     """What a shape is to measure, and what it is modelled from."""
 
-    diameter_um: float  # that it is named after; a scene gives its own
+    scene_class: str  # of the shipped scenes: the seed of its bodies goes by this name
+    diameter_um: float  # of that class; a scene gives its own
     elongation: float  # I/L
     flatness: float  # S/I
     sphericity: float  # Wadell
@@ -58,20 +59,28 @@ class Shape:
 
 
 SHAPES = {
-    "fine_35": Shape(35, 0.72, 0.66, 0.79, 0.23, 8, 1, 0.0),
-    "fine_60": Shape(60, 0.74, 0.70, 0.80, 0.22, 8, 1, 0.0),
-    "grain_500": Shape(500, 0.76, 0.76, 0.83, 0.24, 8, 2, 0.0),
-    "grain_640": Shape(640, 0.78, 0.80, 0.87, 0.27, 9, 2, 0.05),
-    "grain_853": Shape(853, 0.82, 0.84, 0.90, 0.30, 10, 2, 0.10),
+    "flake": Shape("fine_35", 35, 0.72, 0.66, 0.79, 0.23, 8, 1, 0.0),
+    "chip": Shape("fine_60", 60, 0.74, 0.70, 0.80, 0.22, 8, 1, 0.0),
+    "angular": Shape("grain_500", 500, 0.76, 0.76, 0.83, 0.24, 8, 2, 0.0),
+    "subangular": Shape("grain_640", 640, 0.78, 0.80, 0.87, 0.27, 9, 2, 0.05),
+    "worn": Shape("grain_853", 853, 0.82, 0.84, 0.90, 0.30, 10, 2, 0.10),
 }
+
+_EARLIER_NAMES = {shape.scene_class: name for name, shape in SHAPES.items()}
+
+
+def known(name):
+    """The name of a shape, which may be given by an earlier one; None if there is no such shape."""
+    name = _EARLIER_NAMES.get(name, name)
+    return name if name in SHAPES else None
 
 
 def shape_of(entry):
     """The shape that a recipe names or, by elongation and flatness, stretches."""
     if isinstance(entry, str):
-        return SHAPES[entry]
+        return SHAPES[known(entry)]
     return replace(
-        SHAPES[entry["like"]],
+        SHAPES[known(entry["like"])],
         elongation=entry["elongation"],
         flatness=entry["flatness"],
         sphericity=entry.get("sphericity"),

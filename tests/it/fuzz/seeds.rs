@@ -349,7 +349,7 @@ pub fn dirsig() -> Inputs {
 }
 
 pub fn grains() -> Inputs {
-    let json = r#"{"soilsig_grain": 1, "size_class": "grain_500", "diameter_um": 620.3505}"#;
+    let json = r#"{"soilsig_grain": 1, "shape": "angular", "diameter_um": 620.3505}"#;
     let obj = "o cube\nv 0 0 0\nv 500 0 0\nv 500 500 0\nv 0 500 0\nv 0 0 500\nv 500 0 500\n\
                v 500 500 500\nv 0 500 500\nf 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\n\
                f 4 1 5 8\n";
