@@ -14,10 +14,9 @@ import bpy  # noqa: F401 gives mathutils
 import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../blender_scripts"))
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../tests/python"))
 
-from scan import sphere
 from soilsig_blender.common.randomness import stream
+from soilsig_blender.common.sphere import sphere
 from soilsig_blender.export import grain_files
 from soilsig_blender.model import own_grains, shapes
 from soilsig_blender.model.hollow_body import HollowBody

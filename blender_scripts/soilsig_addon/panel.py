@@ -50,6 +50,10 @@ class StartPanel(_Section, bpy.types.Panel):
         part = row.row()
         part.active = settings.own_threshold
         part.prop(settings, "threshold")
+        column.prop(settings, "hollows")
+        column.prop(settings, "tilted")
+        if settings.tilted:
+            column.prop(settings, "tilt")
         column.operator(start.FromSilhouette.bl_idname, icon="OUTLINER_DATA_CURVE")
         layout.operator(start.FromShape.bl_idname, icon="MESH_ICOSPHERE")
 

@@ -60,8 +60,8 @@ class MeasureBar(Operator):
         return f"{settings.bar_pixels:g} pixels: {settings.um_per_pixel:.4g} um a pixel"
 
 
-def image_of(settings):
-    empty = settings.reference
+def image_of(settings, which="reference"):
+    empty = getattr(settings, which)
     return empty.data if empty is not None and empty.type == "EMPTY" else None
 
 

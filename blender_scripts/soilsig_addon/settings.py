@@ -95,6 +95,24 @@ class OfScene(bpy.types.PropertyGroup):
         min=0.2,
         max=1.5,
     )
+    hollows: BoolProperty(
+        name="Follow hollows",
+        description="Let the body follow the hollows of the outline; else it is convex",
+    )
+    tilted: PointerProperty(
+        name="Tilted image",
+        type=bpy.types.Object,
+        description="A second image of the grain at the same scale, after the stage was tilted",
+    )
+    tilt: FloatProperty(
+        name="Tilt",
+        description="Angle by which the stage was tilted about the images' horizontal axis. "
+        "Positive if the upper side of the image came nearer",
+        subtype="ANGLE",
+        default=0.785398,
+        min=-1.570797,
+        max=1.570797,
+    )
     shape: EnumProperty(
         name="Shape", description="The shape to start from", items=_SHAPES, default="angular"
     )

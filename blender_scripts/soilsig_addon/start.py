@@ -1,6 +1,7 @@
 """Where a grain starts: a silhouette out of the image, or one of the shapes."""
 
 import json
+import math
 import os
 
 import numpy as np
@@ -8,7 +9,7 @@ import numpy as np
 from . import objects, reference
 from .operators import Operator, progress, registration
 from .soilsig_blender.common.randomness import stream
-from .soilsig_blender.model import silhouette, silhouette_body
+from .soilsig_blender.model import outline_body, silhouette, silhouette_body
 from .soilsig_blender.model.shapes import SHAPES, model
 
 
@@ -25,20 +26,23 @@ class FromSilhouette(Operator):
     def work(self, context):
         settings = context.scene.soilsig
         image = reference.image_of(settings)
-        with progress(context, 3) as advance:
-            grey, share = reference.pixels(image)
-            advance()
-            traced = silhouette.trace(
-                grey,
-                settings.threshold if settings.own_threshold else None,
-                settings.legend_pixels // share,
-            )
+        tilted = reference.image_of(settings, "tilted")
+        with progress(context, 2) as advance:
+            traced, share = self._traced(settings, image)
             advance()
             um_per_pixel = settings.um_per_pixel * share
-            shape = SHAPES[settings.shape]
-            body, reached = silhouette_body.model(
-                traced, um_per_pixel, settings.thickness, shape, stream(settings.seed, "silhouette")
-            )
+            purpose = stream(settings.seed, "silhouette")
+            how = settings.thickness, SHAPES[settings.shape], purpose
+            if tilted or settings.hollows:
+                views = [outline_body.View(traced, um_per_pixel, 0.0)]
+                if tilted:
+                    other, share_of_other = self._traced(settings, tilted)
+                    scale = settings.um_per_pixel * share_of_other
+                    views.append(outline_body.View(other, scale, settings.tilt))
+                body, overlaps = outline_body.model(views, *how)
+                reached = min(overlaps)
+            else:
+                body, reached = silhouette_body.model(traced, um_per_pixel, *how)
             advance()
         settings.threshold = traced.threshold
         # Pixels count from the corner of the image, but the image is centred on its object.
@@ -58,6 +62,9 @@ class FromSilhouette(Operator):
             "overlap": round(reached, 4),
             "solidity": round(traced.solidity, 4),
         }
+        if tilted:
+            made_from["tilted"] = tilted.name
+            made_from["tilt_deg"] = round(math.degrees(settings.tilt), 3)
         o = objects.add_grain(
             context, _plain(name), body, settings.shape, json.dumps(made_from), place
         )
@@ -68,6 +75,13 @@ class FromSilhouette(Operator):
             f"overlap (IoU) {reached:.3f}; the outline fills {traced.solidity:.3f} of its hull; "
             f"threshold {traced.threshold:.3f}"
         )
+
+    @staticmethod
+    def _traced(settings, image):
+        """The silhouette in an image, and how many of its pixels make one of the silhouette's."""
+        grey, share = reference.pixels(image)
+        threshold = settings.threshold if settings.own_threshold else None
+        return silhouette.trace(grey, threshold, settings.legend_pixels // share), share
 
     @staticmethod
     def _draw(context, name, line, place):

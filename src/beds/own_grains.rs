@@ -27,6 +27,9 @@ pub enum OwnGrainsError {
     /// The folder or a file cannot be read, or a grain is wrong.
     #[error(transparent)]
     File(#[from] FileError),
+    /// A scan cannot be read, or is no sound body.
+    #[error(transparent)]
+    Scan(FileError),
     /// The folder has no grain.
     #[error("{}: the folder has no grain (NAME.obj with NAME.json)", folder.display())]
     Empty {
@@ -58,7 +61,12 @@ pub enum OwnGrainsError {
 impl Failure for OwnGrainsError {
     fn hint(&self) -> Option<String> {
         Some(match self {
-            Self::File(FileError::Read { .. }) => return None,
+            Self::File(FileError::Read { .. }) | Self::Scan(FileError::Read { .. }) => return None,
+            Self::Scan(FileError::Wrong { .. }) => {
+                "mend the mesh in Blender or in the program that wrote it, and import it again \
+                 (docs: own grains)"
+                    .into()
+            }
             Self::File(FileError::Wrong { .. }) => {
                 "correct it in Blender's window, whose check selects the faces (docs: own \
                  grains); `soilsig grains check FOLDER` checks all grains"

@@ -55,9 +55,9 @@ const HALVINGS: u32 = 4;
 /// # Errors
 /// A file that cannot be read or written, or a mesh that is no sound body.
 pub fn bring(scan: &Path, folder: &Path, wanted: &Wanted) -> Result<Brought, Error> {
-    let solid = read(scan, wanted.unit_um).map_err(OwnGrainsError::from)?;
+    let solid = read(scan, wanted.unit_um).map_err(OwnGrainsError::Scan)?;
     if let Some(fault) = solid.fault() {
-        return Err(OwnGrainsError::from(FileError::wrong(scan, fault)).into());
+        return Err(OwnGrainsError::Scan(FileError::wrong(scan, fault)).into());
     }
     let volume = solid.volume_um3();
     let diameter_um = math::cbrt(6.0 * volume / std::f64::consts::PI);
@@ -67,7 +67,7 @@ pub fn bring(scan: &Path, folder: &Path, wanted: &Wanted) -> Result<Brought, Err
     };
     let (mut thin, deviation_um) = (0..=HALVINGS).find_map(thin).ok_or_else(|| {
         let problem = "thinned it crosses itself: ask for a smaller --deviation";
-        OwnGrainsError::from(FileError::wrong(scan, problem))
+        OwnGrainsError::Scan(FileError::wrong(scan, problem))
     })?;
     let volume_change = thin.volume_um3() / volume - 1.0;
     let scale = math::cbrt(volume / thin.volume_um3());
@@ -161,8 +161,10 @@ fn plain_stl(path: &Path, bytes: &[u8]) -> Result<Vec<u8>, FileError> {
             return Ok(text.lines().map(line).collect::<String>().into_bytes());
         }
     }
-    if length.is_none_or(|length| length > bytes.len() as u64) {
-        let count = count.unwrap_or_default();
+    let Some((count, length)) = count.zip(length) else {
+        return Err(FileError::wrong(path, "it is no .stl file, neither text nor binary"));
+    };
+    if length > bytes.len() as u64 {
         let problem = format!("it is cut short: {} bytes for {count} triangles", bytes.len());
         return Err(FileError::wrong(path, problem));
     }
@@ -183,14 +185,23 @@ fn stl(path: &Path, bytes: &[u8]) -> Result<Polygons, FileError> {
 }
 
 fn ply(path: &Path, bytes: &[u8]) -> Result<Polygons, FileError> {
-    let wrong = |error: &dyn std::fmt::Display| FileError::wrong(path, error.to_string());
+    if !bytes.starts_with(b"ply") {
+        return Err(FileError::wrong(path, "it is no .ply file"));
+    }
+    let wrong = |what: &str, error: &dyn std::fmt::Display| {
+        let error = error.to_string();
+        // The parser appends what led to it.
+        let first = error.split(['\n', '\\']).next().unwrap_or_default();
+        FileError::wrong(path, format!("{what} cannot be read: {first}"))
+    };
     let mut reader = Reader::new(BufReader::new(bytes));
-    let header = Parser::<Element>::new().read_header(&mut reader).map_err(|e| wrong(&e))?;
+    let header =
+        Parser::<Element>::new().read_header(&mut reader).map_err(|e| wrong("its header", &e))?;
     let (mut vertices, mut faces) = (Vec::new(), Vec::new());
     for (name, element) in &header.elements {
         let read = Parser::<Element>::new()
             .read_payload_for_element(&mut reader, element, &header)
-            .map_err(|error| wrong(&error))?;
+            .map_err(|error| wrong(&format!("its element {name}"), &error))?;
         match name.as_str() {
             "vertex" => vertices = read.into_iter().map(|of| DVec3::from(of.at)).collect(),
             "face" => faces = read.into_iter().map(|of| of.corners).collect(),

@@ -208,9 +208,16 @@ fn a_scan_that_is_no_body_is_refused_with_its_place() {
     place.write("corner.ply", scan.ply("binary_little_endian"));
     assert!(import("corner.ply").contains("corner that is not in the file"));
     place.write("cut.ply", &scan.ply("binary_little_endian")[..5000]);
-    import("cut.ply");
-    place.write("empty.stl", "");
-    import("empty.stl");
+    let said = import("cut.ply");
+    assert!(said.contains("its element vertex cannot be read: "), "{said}");
+    assert!(said.contains("mend the mesh in Blender or in the program that wrote it"), "{said}");
+    assert!(said.lines().all(|line| !line.contains("\\n")), "{said}");
+    place.write("picture.ply", b"\x89PNG\r\n\x1a\n");
+    assert!(import("picture.ply").contains("it is no .ply file"));
+    for content in ["", "hello\n"] {
+        place.write("empty.stl", content);
+        assert!(import("empty.stl").contains("it is no .stl file"));
+    }
     place.write("scan.step", "");
     assert!(import("scan.step").contains("a .stl, .ply or .obj file"));
     assert!(!place.path("grains").exists(), "nothing is written of what is refused");

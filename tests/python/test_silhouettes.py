@@ -1,14 +1,25 @@
 """Silhouettes traced out of images whose outlines are known, and bodies made from them."""
 
+import dataclasses
 import os
 import sys
 import unittest
 
 import numpy as np
+from scan import scan
 from soilsig_blender.common.errors import BedError
 from soilsig_blender.common.randomness import stream
-from soilsig_blender.model import body_check, convex_hull, silhouette, silhouette_body
+from soilsig_blender.model import (
+    body_check,
+    convex_hull,
+    outline_body,
+    silhouette,
+    silhouette_body,
+)
 from soilsig_blender.model.descriptors import outline
+from soilsig_blender.model.hollow_body import HollowBody
+from soilsig_blender.model.hollow_outline import pixels_within
+from soilsig_blender.model.mesh_faults import TriangleMesh, faults
 from soilsig_blender.model.shapes import SHAPES
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../scripts"))
@@ -93,6 +104,71 @@ class Modelling(unittest.TestCase):
         self.assertLess(traced.solidity, 0.8)
         with self.assertRaisesRegex(BedError, r"fills 0\.\d+ of its convex hull"):
             silhouette_body.model(traced, 1.0, 0.8, SHAPES["angular"], stream(1, "s"))
+
+
+class Hollows(unittest.TestCase):
+    """Bodies of outlines with hollows, by images of bodies that are known."""
+
+    def setUp(self):
+        mesh = scan(5, 3)
+        self.body = HollowBody(mesh.vertices, mesh.triangles)
+
+    def seen(self, tilt, um_per_pixel=1.25):
+        """Its image after the stage was tilted, with the middle anywhere."""
+        c, s = np.cos(tilt), np.sin(tilt)
+        turn = np.array([(1, 0, 0), (0, c, -s), (0, s, c)])
+        at = (self.body.vertices @ turn.T)[:, :2] / um_per_pixel + (310 + 40 * tilt, 280)
+        facing = self.body.normals @ turn[2] > 0
+        mask = pixels_within(at[self.body.triangles[facing]], (560, 640))
+        return outline_body.View(silhouette.trace(0.8 * mask), um_per_pixel, tilt)
+
+    def made(self, *tilts, thickness=0.8):
+        views = [self.seen(tilt) for tilt in tilts]
+        return outline_body.model(views, thickness, SHAPES["worn"], stream(1, "silhouette"))
+
+    def test_an_outline_that_no_convex_body_has_is_followed(self):
+        bitten = disc((300, 300), 150, 150, 100) & ~disc((300, 300), 250, 170, 50)
+        traced = silhouette.trace(0.8 * bitten)
+        for seed in range(3):
+            body, overlaps = outline_body.model(
+                [outline_body.View(traced, 0.8, 0.0)], 0.8, SHAPES["angular"], stream(seed, "s")
+            )
+            self.assertGreaterEqual(overlaps[0], 0.97)
+            self.assertLess(body.convexity, 0.96)
+            self.assertEqual(
+                faults(TriangleMesh(body.vertices, body.triangles, np.arange(8192))), []
+            )
+            # Measured here against what was drawn, by rays at a part of the pixels.
+            y, x = np.mgrid[:300:3, :300:3] + 0.5
+            middle = (traced.hull.min(axis=0) + traced.hull.max(axis=0)) / 2
+            at = np.column_stack([x.ravel(), y.ravel()]) - middle
+            origins = np.column_stack([0.8 * at, np.full(len(at), 1e3)])
+            down = np.broadcast_to((0.0, 0.0, -1.0), origins.shape)
+            shown = np.isfinite(body.first_hits(origins, down)).reshape(x.shape)
+            self.assertGreaterEqual(share(shown, traced.mask[::3, ::3]), 0.96)
+
+    def test_a_tilted_image_tells_the_height_and_its_outline_is_followed_too(self):
+        volume = self.body.volume_and_centroid[0]
+        for tilt in (np.pi / 2, np.pi / 4, np.pi / 6):
+            made, overlaps = self.made(0.0, tilt)
+            self.assertGreaterEqual(min(overlaps), 0.97)
+            # A body of two outlines is the largest that has them.
+            self.assertLess(abs(made.volume_and_centroid[0] / volume - 1), 0.2, tilt)
+            again, _ = self.made(0.0, tilt, thickness=0.3)
+            np.testing.assert_array_equal(again.vertices, made.vertices)
+        thin = np.ptp(self.made(0.0, thickness=0.3)[0].vertices[:, 2])
+        self.assertLess(thin, 0.5 * np.ptp(self.body.vertices[:, 2]))
+
+    def test_images_that_do_not_fit_each_other_are_refused(self):
+        other = dataclasses.replace(self.seen(0.5), um_per_pixel=1.5)
+        with self.assertRaisesRegex(BedError, "do not fit: .* um long in one"):
+            outline_body.model([self.seen(0.0), other], 0.8, SHAPES["worn"], stream(1, "s"))
+        ring = disc((300, 300), 150, 150, 100) & ~disc((300, 300), 190, 150, 80)
+        traced = silhouette.trace(0.8 * ring)
+        with self.assertRaisesRegex(BedError, "not seen from its middle"):
+            outline_body.model(
+                [outline_body.View(traced, 1.0, 0.0)], 0.8, SHAPES["worn"], stream(1, "s")
+            )
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """The add-on's operators, without a window: from an image to a library, a scene and a bed."""
 
 import json
+import math
 import os
 import sys
 import tempfile
@@ -166,6 +167,28 @@ class Window(unittest.TestCase):
         self.assertEqual(child.soilsig.role, "FINES")
         return child
 
+    def test_an_outline_is_followed_into_its_hollows_by_one_image_and_by_a_tilted_one(self):
+        self.image()
+        upright = self.settings.reference
+        self.settings.pixels_per_um = 1 / sem_image.UM_PER_PIXEL
+        self.settings.hollows = True
+        bpy.ops.soilsig.from_silhouette()
+        o = bpy.context.active_object
+        self.assertEqual(len(o.data.polygons), 8192)
+        one = json.loads(o.soilsig.made_from)
+        self.assertGreaterEqual(one["overlap"], 0.97)
+        self.assertNotIn("tilt_deg", one)
+        # The same image once more: a grain of this outline from the side, too.
+        self.settings.tilted, self.settings.tilt = upright, math.pi / 2
+        bpy.ops.soilsig.from_silhouette()
+        o = bpy.context.active_object
+        both = json.loads(o.soilsig.made_from)
+        self.assertEqual(both["tilt_deg"], 90)
+        self.assertGreaterEqual(both["overlap"], 0.95)
+        corners = np.array([v.co for v in o.data.vertices])
+        self.assertAlmostEqual(np.ptp(corners[:, 1]), np.ptp(corners[:, 2]), delta=0.02)
+        bpy.ops.soilsig.check()
+
     def test_what_is_saved_is_what_the_scripts_read(self):
         o = self.shape("subangular", 640)
         o.name = "stone"
@@ -186,7 +209,9 @@ class Window(unittest.TestCase):
 
     def test_the_scene_of_a_library_is_a_recipe_that_the_scripts_take(self):
         path = os.path.join(self.folder, "bed.json")
-        self.refused("no grain of the library stands for", bpy.ops.soilsig.export_scene, filepath=path)
+        self.refused(
+            "no grain of the library stands for", bpy.ops.soilsig.export_scene, filepath=path
+        )
         for name, diameter in (("angular", 480), ("worn", 853), ("chip", 60)):
             self.shape(name, diameter)
             bpy.ops.soilsig.save()

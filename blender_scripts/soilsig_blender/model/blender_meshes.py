@@ -1,7 +1,8 @@
 """What Blender's own code for meshes answers faster than numpy does."""
 
-import bmesh
-import bpy  # noqa: F401 without it the wheel has no mathutils
+import bpy  # noqa: F401 without it the wheel has neither of these
+
+import bmesh  # isort: skip
 from mathutils.bvhtree import BVHTree
 
 

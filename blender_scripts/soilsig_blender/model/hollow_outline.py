@@ -34,7 +34,7 @@ class Outline:
 
         shape = np.ceil(extent / side).astype(int)[::-1]
         facing = body.normals @ along < 0
-        mask = _covered((body.vertices @ view.T - low)[body.triangles[facing]] / side, shape)
+        mask = pixels_within((body.vertices @ view.T - low)[body.triangles[facing]] / side, shape)
         tail = _unit_steps(edge_of(mask))
         head = np.roll(tail, -1, axis=0)
         left = np.column_stack([tail[:, 1] - head[:, 1], head[:, 0] - tail[:, 0]])
@@ -80,7 +80,7 @@ def _least_squares(places, corners):
     return (across * across + up * up).min(axis=1)
 
 
-def _covered(triangles, shape):
+def pixels_within(triangles, shape):
     """Which pixels have their middle within one of some triangles, given in pixels."""
     mask = np.zeros(shape, bool)
     # The middles of pixels within the box around each triangle.

@@ -102,14 +102,17 @@ def _edges(mesh):
 
 def _pieces(mesh):
     part = np.arange(len(mesh.vertices))
+    one, two = mesh.triangles[:, [0, 1, 0, 2]].reshape(-1, 2).T
     while True:
-        least = part[mesh.triangles].min(axis=1)
-        new = part.copy()
-        np.minimum.at(new, mesh.triangles.ravel(), np.repeat(least, 3))
-        new = new[new]
-        if (new == part).all():
+        # Each part is called by its least corner. Parts that share a triangle are joined.
+        low, high = np.minimum(part[one], part[two]), np.maximum(part[one], part[two])
+        apart = low < high
+        if not apart.any():
             break
-        part = new
+        one, two = one[apart], two[apart]
+        np.minimum.at(part, high[apart], low[apart])
+        while (part[part] < part).any():
+            part = part[part]
     of = part[mesh.triangles[:, 0]]
     names, count = np.unique(of, return_counts=True)
     if len(names) == 1:
