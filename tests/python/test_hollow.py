@@ -82,6 +82,15 @@ class Checks(unittest.TestCase):
         turned_over[4000] = turned_over[4000][::-1]
         found = faults(TriangleMesh(mesh.vertices, turned_over, mesh.face))
         self.assertIn(4000, found[0].faces)
+        three = np.concatenate([mesh.triangles + i * len(mesh.vertices) for i in range(3)])
+        names = np.random.default_rng(1).permutation(3 * len(mesh.vertices))
+        vertices = np.empty((len(names), 3))
+        vertices[names] = np.concatenate(
+            [mesh.vertices + 1000 * i * np.eye(3)[0] for i in range(3)]
+        )
+        (found,) = faults(TriangleMesh(vertices, names[three], np.arange(len(three))))
+        self.assertIn("in 3 pieces", found.what)
+        self.assertEqual(len(found.faces), 2 * len(mesh.triangles))
         pierced = mesh.vertices.copy()
         pierced[1000] *= -1.2
         (found,) = faults(TriangleMesh(pierced, mesh.triangles, mesh.face))
@@ -103,6 +112,18 @@ class Body(unittest.TestCase):
         np.testing.assert_array_equal(body.contains(points), arm)
         notch = np.array([(70.0, 70, 20), (42, 90, 20), (20, 20, 35)])
         np.testing.assert_allclose(body.distances(notch), (30, 2, 5), atol=1e-4)
+
+    def test_gaps_to_points_are_distances_with_a_sign(self):
+        for body in (body_of(bracket()), body_of(scan(3))):
+            low, extent = body.vertices.min(axis=0), np.ptp(body.vertices, axis=0)
+            points = low + extent * np.random.default_rng(1).uniform(-0.2, 1.2, (3000, 3))
+            away = np.where(body.contains(points), -1, 1) * body.distances(points)
+            reach = 0.05 * extent.max()
+            gaps = body.gaps(points, reach)
+            told = np.isfinite(gaps)
+            np.testing.assert_array_equal(gaps[told], away[told])
+            self.assertGreater(away[~told].min(), reach)
+            self.assertGreater((gaps < 0).sum(), 500)
 
     def test_its_envelopes_hold_it(self):
         body = body_of(scan(4))

@@ -1,8 +1,10 @@
 """Hulls of points, and the checks that tell what is wrong with a mesh from anywhere."""
 
 import unittest
+import unittest.mock
 
 import numpy as np
+from soilsig_blender.common import neighbours
 from soilsig_blender.common.randomness import stream
 from soilsig_blender.model import body_check, convex_hull, shapes
 from soilsig_blender.model.mesh_faults import TriangleMesh, faults, is_hollow
@@ -94,6 +96,23 @@ class Faults(unittest.TestCase):
         pushed[7] -= 0.05
         mesh = TriangleMesh.of_faces(pushed, triangles)
         self.assertFalse(is_hollow(mesh, convex_hull.hull_of(pushed)))
+
+
+class Neighbours(unittest.TestCase):
+    def test_a_table_of_cells_and_a_search_find_the_same(self):
+        rng = stream(1, "neighbours")
+        few, many = rng.random((3, 3)), rng.random((400, 3))
+        for points, others in ((many, many), (many, few), (few, many)):
+            away = np.linalg.norm(points[:, None] - others, axis=2)
+            for reach in (0.3, 0.02):
+                found = np.zeros(away.shape, int)
+                np.add.at(found, tuple(neighbours.near(points, others, reach)), 1)
+                self.assertEqual(found[away < reach].min(initial=1), 1)
+                self.assertLessEqual(found.max(), 1)
+        tabled = neighbours.near(many, many, 0.1)
+        with unittest.mock.patch.object(neighbours, "_TABLED", 0):
+            searched = neighbours.near(many, many, 0.1)
+        np.testing.assert_array_equal(np.array(tabled), np.array(searched))
 
 
 if __name__ == "__main__":

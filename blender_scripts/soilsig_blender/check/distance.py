@@ -23,9 +23,10 @@ def distance(one, two, pose_one, pose_two, reach):
     shift = pose_one[:3, :3].T @ (pose_two[:3, 3] - pose_one[:3, 3])
     other = two.facing(-turn.T @ shift, one.radius + reach).moved(turn, shift)
     near = one.facing(shift, two.radius + reach)
-    cores = gaps(one.core, other.core).min()
     if one.hollow or other.hollow:
-        cores = between_cores(one, other, cores, reach)
+        cores = between_cores(one, other, _gaps_across_planes(one.core, other.core).min(), reach)
+    else:
+        cores = gaps(one.core, other.core).min()
     return min(
         cores,
         _to_fines(one, other, reach),
@@ -57,12 +58,17 @@ def _between_fines(one, other, reach):
 
 def gaps(one, two):
     """Gaps between solids pair by pair (a single solid is paired with all of the others)."""
-    ahead = (two.corners @ one.normals.transpose(0, 2, 1)).min(axis=1) - one.offsets
-    behind = (one.corners @ two.normals.transpose(0, 2, 1)).min(axis=1) - two.offsets
-    gap = np.maximum(ahead.max(axis=1), behind.max(axis=1))
+    gap = _gaps_across_planes(one, two)
     for i in np.flatnonzero(gap < 0):
         gap[i] = max(gap[i], _gap_across_edges(one.edges_of(i), two.edges_of(i)))
     return gap
+
+
+def _gaps_across_planes(one, two):
+    """The largest gap across a facet's plane of either: no more than the gap between the solids."""
+    ahead = (two.corners @ one.normals.transpose(0, 2, 1)).min(axis=1) - one.offsets
+    behind = (one.corners @ two.normals.transpose(0, 2, 1)).min(axis=1) - two.offsets
+    return np.maximum(ahead.max(axis=1), behind.max(axis=1))
 
 
 def _gap_across_edges(one, two):

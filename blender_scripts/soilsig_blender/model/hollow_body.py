@@ -24,6 +24,8 @@ _DIRECTIONS = 600
 _APART = 1e-4
 # A ray starts again so far behind a triangle that it met, as a share of the body's extent.
 _STEP = 1e-6
+# A line from the nearest place on the surface is upright on its triangle to this cosine.
+_UPRIGHT = 0.99
 
 
 @dataclass(frozen=True)
@@ -111,6 +113,25 @@ class HollowBody:
         limit = min(most, 4 * float(np.ptp(self.vertices, axis=0).sum()) + 1e6)
         found = (self.tree.find_nearest(point, limit)[3] for point in points.tolist())
         return np.array([np.inf if away is None else away for away in found])
+
+    def gaps(self, points, reach):
+        """From points to the surface, negative inside; outside infinite beyond `reach`."""
+        within = depth_below(self.envelope, points) > 0
+        gaps = np.empty(len(points))
+        gaps[~within] = self.distances(points[~within], reach)
+        at = np.flatnonzero(within)
+        if not len(at):
+            return gaps
+        # Where the nearest place is within a triangle, its normal tells the side.
+        nearest = [self.tree.find_nearest(point) for point in points[at].tolist()]
+        place, _, triangle, gaps[at] = zip(*nearest)
+        away = points[at] - np.array(place)
+        along = np.einsum("ij,ij->i", away, self.normals[list(triangle)])
+        inside = along < 0
+        unsure = np.flatnonzero(np.abs(along) < _UPRIGHT * gaps[at])
+        inside[unsure] = self.contains(points[at[unsure]])
+        gaps[at[inside]] *= -1
+        return gaps
 
     def first_hits(self, origins, directions):
         """How far along each line it first meets the surface; infinite if it does not."""
