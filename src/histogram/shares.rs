@@ -66,6 +66,41 @@ impl Shares {
         Self { kept: histograms[0].kept, states, shares }
     }
 
+    /// The same where symbols reflect alike: `first` gives for each the first of its kind. States that
+    /// then are alike are one.
+    #[must_use]
+    pub fn merged(self, first: &[usize]) -> Self {
+        let mut numbers: BTreeMap<State, usize> = BTreeMap::new();
+        let mut places = Vec::with_capacity(self.states.len());
+        for state in &self.states {
+            let next = numbers.len();
+            places.push(*numbers.entry(self.merged_state(state, first)).or_insert(next));
+        }
+        let sum = |shares: &Vec<f64>| {
+            let mut sum = vec![0.0; numbers.len()];
+            places.iter().zip(shares).for_each(|(&place, share)| sum[place] += share);
+            sum
+        };
+        let shares = self.shares.iter().map(sum).collect();
+        let mut states: Vec<State> = vec![State::default(); numbers.len()];
+        for (state, number) in numbers {
+            states[number] = state;
+        }
+        Self { kept: self.kept, states, shares }
+    }
+
+    fn merged_state(&self, state: &[u16], first: &[usize]) -> State {
+        if self.kept.lists() {
+            let mut hits: Vec<u16> =
+                state.iter().map(|&hit| first[usize::from(hit)] as u16).collect();
+            hits.sort_unstable();
+            return hits.into();
+        }
+        let mut hits = vec![0; state.len()];
+        state.iter().zip(first).for_each(|(n, &first)| hits[first] += n);
+        hits.into()
+    }
+
     /// The share of each state in a sum of the histograms with these weights.
     pub fn mixture(&self, weights: &[f64]) -> Vec<f64> {
         let mut sum = vec![0.0; self.states.len()];
@@ -178,6 +213,24 @@ mod tests {
             };
             let differences = (moved(1e-6) - moved(-1e-6)) / 2e-6;
             assert!((found.slopes[0] - differences).abs() < 1e-8, "{found:?} {differences}");
+        }
+    }
+
+    /// With the second symbol of a pair as the first.
+    #[test]
+    fn symbols_that_reflect_alike_are_one() {
+        for (histograms, n) in beds() {
+            let rho = &[0.7, 0.7, 0.55, 0.55][..n];
+            let direction = &[0.3, 0.3, 0.11, 0.11][..n];
+            let shares = Shares::of(&histograms.each_ref());
+            let merged = shares.clone().merged(&[0, 0, 2, 2][..n]);
+            assert!(merged.states.len() < shares.states.len());
+            let [all, one] = [&shares, &merged].map(|of| {
+                let mixture = of.mixture(&[0.3, 0.7]);
+                of.weight(&[&mixture], rho, &[direction])
+            });
+            assert!((all.values[0] - one.values[0]).abs() < 1e-14, "{all:?} {one:?}");
+            assert!((all.slopes[0] - one.slopes[0]).abs() < 1e-14, "{all:?} {one:?}");
         }
     }
 

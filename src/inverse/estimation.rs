@@ -50,6 +50,10 @@ pub trait Model: Sync {
     fn parameters(&self) -> &[Parameter];
     /// The bands for these parameters.
     fn evaluate(&self, x: &[f64]) -> Evaluated;
+    /// The bands alone, where derivatives are not needed.
+    fn bands(&self, x: &[f64]) -> Vec<f64> {
+        self.evaluate(x).bands
+    }
     /// The covariance of what is known to be uncertain in the model.
     fn covariance(&self, x: &[f64]) -> DMatrix<f64>;
 }
@@ -84,6 +88,8 @@ pub struct Estimation {
     pub evidence: f64,
     /// Draws from the posterior, each with a value for each parameter.
     pub draws: Vec<Vec<f64>>,
+    /// How many independent draws would tell as much.
+    pub effective: f64,
     /// Averaging kernel of the fitted parameters; 0 of others.
     pub averaging: DMatrix<f64>,
     /// Parameters at a bound.

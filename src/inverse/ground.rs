@@ -274,6 +274,10 @@ impl Model for Half<'_> {
         Evaluated { bands: self.of(&whole.bands), slopes }
     }
 
+    fn bands(&self, x: &[f64]) -> Vec<f64> {
+        self.of(&self.model.bands(x))
+    }
+
     fn covariance(&self, x: &[f64]) -> DMatrix<f64> {
         let whole = self.model.covariance(x);
         let places: Vec<usize> = (self.first..whole.nrows()).step_by(2).collect();

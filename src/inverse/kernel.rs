@@ -1,24 +1,46 @@
 //! Covariances across bands, and their roots.
 
 use nalgebra::{Cholesky, DMatrix, Dyn};
+use serde::{Deserialize, Serialize};
 
 use crate::support::math;
 use crate::support::statistics::{NORMAL_95, quantile_of};
 
-/// Matérn's correlation of order 3/2: smooth curves that forget each other over a length.
-pub fn matern(distance: f64, length: f64) -> f64 {
-    let scaled = 3.0_f64.sqrt() * distance.abs() / length;
-    (1.0 + scaled) * math::exp(-scaled)
+/// How curves change from band to band.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Shape {
+    /// With one derivative: Matérn's correlation of order 3/2
+    #[default]
+    Rough,
+    /// With all derivatives: the correlation of Gauss's form, Matérn's of infinite order
+    Smooth,
 }
 
-/// The correlation between bands at these wavelengths, um.
-pub fn correlation(um: &[f64], length_um: f64) -> DMatrix<f64> {
-    DMatrix::from_fn(um.len(), um.len(), |i, j| matern(um[i] - um[j], length_um))
+impl Shape {
+    /// The correlation at a distance, of curves that forget themselves over a length.
+    pub fn correlation(self, distance: f64, length: f64) -> f64 {
+        let scaled = distance.abs() / length;
+        match self {
+            Self::Rough => {
+                let scaled = 3.0_f64.sqrt() * scaled;
+                (1.0 + scaled) * math::exp(-scaled)
+            }
+            Self::Smooth => math::exp(-0.5 * scaled * scaled),
+        }
+    }
 }
 
 /// The covariance of a curve with these standard deviations and a correlation length, um.
-pub fn covariance(um: &[f64], standard_deviation: &[f64], length_um: f64) -> DMatrix<f64> {
-    let mut all = correlation(um, length_um);
+pub fn covariance(
+    um: &[f64],
+    standard_deviation: &[f64],
+    length_um: f64,
+    shape: Shape,
+) -> DMatrix<f64> {
+    let of = |i: usize, j: usize| shape.correlation(um[i] - um[j], length_um);
+    let mut all = DMatrix::from_fn(um.len(), um.len(), of);
     for ((i, j), value) in indexed(um.len()).zip(all.iter_mut()) {
         *value *= standard_deviation[i] * standard_deviation[j];
     }
@@ -88,11 +110,16 @@ mod tests {
     #[test]
     fn correlations_fall_from_one_and_are_positive_definite() {
         let um: Vec<f64> = (0..40).map(|i| 8.0 + 0.02 * f64::from(i)).collect();
-        let of = correlation(&um, 0.3);
-        assert_eq!(of[(3, 3)], 1.0);
-        assert!(
-            (matern(0.3, 0.3) - (1.0 + 3.0_f64.sqrt()) * math::exp(-3.0_f64.sqrt())).abs() < 1e-15
-        );
-        assert!((of + DMatrix::identity(40, 40) * 1e-10).cholesky().is_some());
+        let at_length = [
+            (Shape::Rough, (1.0 + 3.0_f64.sqrt()) * math::exp(-3.0_f64.sqrt())),
+            (Shape::Smooth, math::exp(-0.5)),
+        ];
+        for (shape, expected) in at_length {
+            assert!((shape.correlation(-0.3, 0.3) - expected).abs() < 1e-15);
+            let of = covariance(&um, &[2.0; 40], 0.3, shape);
+            assert_eq!(of[(3, 3)], 4.0);
+            assert!((of[(3, 18)] / 4.0 - expected).abs() < 1e-12);
+            assert!((of + DMatrix::identity(40, 40) * 1e-10).cholesky().is_some());
+        }
     }
 }

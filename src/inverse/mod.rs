@@ -12,6 +12,7 @@ pub mod estimation;
 pub mod facets;
 pub mod files;
 mod ground;
+mod importance;
 pub mod kernel;
 pub mod linear;
 pub mod measured;
@@ -23,7 +24,6 @@ pub mod soil;
 pub mod solver;
 pub mod summary;
 pub mod thinning;
-mod truncated;
 mod warning;
 pub mod words;
 

@@ -102,6 +102,15 @@ impl Model for Radiance<'_> {
         Evaluated { bands: bands.map(value).collect(), slopes }
     }
 
+    fn bands(&self, x: &[f64]) -> Vec<f64> {
+        let (of_soil, [kelvin, offset]) = (&x[..x.len() - 2], [x[x.len() - 2], x[x.len() - 1]]);
+        let soil = self.soil.bands(of_soil);
+        let value = |(band, emissivity): (usize, f64)| {
+            emissivity * self.warmth(band, kelvin) + offset / self.contrast[band]
+        };
+        soil.into_iter().enumerate().map(value).collect()
+    }
+
     fn covariance(&self, x: &[f64]) -> DMatrix<f64> {
         let (of_soil, kelvin) = (&x[..x.len() - 2], x[x.len() - 2]);
         let mut all = self.soil.covariance(of_soil);

@@ -120,6 +120,8 @@ pub struct Fit {
     pub ln_evidence: f64,
     /// Autocorrelation of the residuals by distance.
     pub autocorrelation: Vec<Autocorrelation>,
+    /// Draws of the posterior are weighed: as many independent ones would tell as much.
+    pub effective_draws: f64,
     /// Different minima that the starts led to.
     pub minima: usize,
     /// Whether the fit settled.

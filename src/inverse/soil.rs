@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::estimation::{Evaluated, Model, Parameter};
-use super::kernel;
+use super::kernel::{self, Shape};
 use super::thinning::Thinned;
 use crate::histogram::tally::CELLS;
 use crate::histogram::{Histogram, Shares};
@@ -160,16 +160,19 @@ impl Soil {
             um.iter().map(|&um| Ok(kirchhoff(spectrum.emissivity(um)?))).collect()
         };
         let symbols = roles.iter().flat_map(|&role| vec![role; kept.of_material()]);
+        let symbols: Vec<Role> = symbols.collect();
+        let reflectances = reflectances(&spectra, kept, um)?;
+        let shares = Shares::of(&histograms).merged(&first_alike(&symbols, &reflectances));
         Ok(Self {
             um: um.to_vec(),
             parameters,
             second,
             roles_of_materials: roles.to_vec(),
-            roles: symbols.collect(),
-            reflectances: reflectances(&spectra, kept, um)?,
+            roles: symbols,
+            reflectances,
             medium: medium.map(reflectance).transpose()?,
             errors: errors.collect::<Result<_, SpectrumError>>()?,
-            shares: Shares::of(&histograms),
+            shares,
             full,
             fresh,
         })
@@ -258,6 +261,15 @@ impl Soil {
     }
 }
 
+/// For each symbol the first one of the same role and the same reflectance in all bands.
+fn first_alike(roles: &[Role], reflectances: &[Vec<f64>]) -> Vec<usize> {
+    let alike = |a: usize, b: usize| {
+        roles[a] == roles[b] && reflectances.iter().all(|band| band[a] == band[b])
+    };
+    let first = |of: usize| (0..of).find(|&other| alike(other, of)).unwrap_or(of);
+    (0..roles.len()).map(first).collect()
+}
+
 /// All traced beds, in the order of the histograms.
 fn all<'a>(full: &'a [FullBed], fresh: &'a [Thinned]) -> impl Iterator<Item = &'a Thinned> {
     let fewer = |bed: &'a FullBed| bed.fewer_large.iter().map(|(step, _)| step);
@@ -299,6 +311,14 @@ impl Model for Soil {
             bands: bands.iter().map(|(value, _)| *value).collect(),
             slopes: (0..5).map(|i| bands.iter().map(|(_, slopes)| slopes[i]).collect()).collect(),
         }
+    }
+
+    fn bands(&self, x: &[f64]) -> Vec<f64> {
+        let mixture = self.shares.mixture(&self.weights(x[COVER], x[LARGE]).value);
+        let of = |band: usize| {
+            1.0 - self.shares.weight(&[&mixture], &self.mixed(band, x), &[]).values[0]
+        };
+        (0..self.um.len()).map(of).collect()
     }
 
     /// Spread of the beds and errors of the facets' spectra. What was seen may be as small as one
@@ -347,7 +367,7 @@ impl Soil {
                     * self.errors[band][i]
             };
             let off: Vec<f64> = (0..n).into_par_iter().map(of).collect();
-            sum += kernel::covariance(&self.um, &off, SPECTRA_LENGTH_UM);
+            sum += kernel::covariance(&self.um, &off, SPECTRA_LENGTH_UM, Shape::Rough);
         }
         sum
     }

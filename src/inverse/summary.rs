@@ -17,6 +17,8 @@ const CORRELATED: f64 = 0.95;
 const TOLD: f64 = 0.5;
 /// Residuals beyond this speak against a fit.
 const GOOD: f64 = 0.03;
+/// Effective draws below which the errors are uncertain themselves.
+const DRAWN: f64 = 100.0;
 /// Steps of a profile likelihood.
 const PROFILE: usize = 25;
 /// Distances of the autocorrelation, um.
@@ -68,6 +70,7 @@ pub fn fit(
         with_discrepancy: chi_square(found.chi_square[1]),
         ln_evidence: found.evidence,
         autocorrelation: autocorrelation(&observed.um, &residuals),
+        effective_draws: found.effective,
         minima: found.minima,
         converged: found.converged,
     }
@@ -192,6 +195,9 @@ pub fn warnings(result: &Match, observed: &Observed, found: &Estimation) -> Vec<
         if (covers[0] - covers[1]).abs() > error {
             warnings.push(Warning::HalvesDiffer { covers });
         }
+    }
+    if answer.effective_draws < DRAWN {
+        warnings.push(Warning::FewDraws { effective: answer.effective_draws });
     }
     if answer.minima > 1 {
         warnings.push(Warning::SeveralMinima { minima: answer.minima });

@@ -58,6 +58,11 @@ pub enum Warning {
         /// How many.
         minima: usize,
     },
+    /// Few draws carry most of the posterior's weight.
+    FewDraws {
+        /// As many independent draws would tell as much.
+        effective: f64,
+    },
     /// Linear mixing fits better.
     LinearIsBetter {
         /// Its root mean square.
@@ -103,6 +108,12 @@ impl fmt::Display for Warning {
             Self::SeveralMinima { minima } => {
                 write!(f, "the starts led to {minima} different minima: the best is shown")
             }
+            Self::FewDraws { effective } => write!(
+                f,
+                "the errors come from {effective:.0} effective draws only: they are uncertain by \
+                 {:.0} %",
+                100.0 / (2.0 * effective).sqrt()
+            ),
             Self::LinearIsBetter { rms } => {
                 write!(f, "linear mixing with a flat component fits better: RMS {rms:.3}")
             }

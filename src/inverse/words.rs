@@ -17,14 +17,19 @@ pub fn name(fitted: &Fitted) -> &str {
     }
 }
 
-/// A parameter with its error: mean and standard deviation of the posterior.
-fn parameter(fitted: &Fitted) -> String {
+/// A parameter with its error: mean and standard deviation of the posterior, and its interval if
+/// asked for.
+fn parameter(fitted: &Fitted, with_interval: bool) -> String {
     let Fitted { mean, standard_error, parameter, .. } = fitted;
     let decimals = if parameter.unit.is_empty() { 2 } else { 3 };
     let unit =
         if parameter.unit.is_empty() { String::new() } else { format!(" {}", parameter.unit) };
     let mut text =
         format!("{} {mean:.decimals$} +- {standard_error:.decimals$}{unit}", name(fitted));
+    if with_interval {
+        let [low, high] = fitted.interval_95;
+        text += &format!(" (95 % {low:.decimals$} to {high:.decimals$})");
+    }
     if fitted.degrees_of_freedom < 0.5 {
         text += " (not told by these bands)";
     }
@@ -32,9 +37,10 @@ fn parameter(fitted: &Fitted) -> String {
 }
 
 /// The fitted parameters in a line.
-fn parameters(fit: &Fit) -> String {
+fn parameters(fit: &Fit, with_intervals: bool) -> String {
     let is_free = |fitted: &&Fitted| fitted.parameter.prior_standard_deviation > 0.0;
-    fit.parameters.iter().filter(is_free).map(parameter).collect::<Vec<_>>().join(", ")
+    let of = |fitted: &Fitted| parameter(fitted, with_intervals);
+    fit.parameters.iter().filter(is_free).map(of).collect::<Vec<_>>().join(", ")
 }
 
 /// The answer in two lines.
@@ -42,7 +48,7 @@ pub fn answer(result: &Match) -> String {
     let fit = &result.answer;
     let bad = result.warnings.iter().any(|w| matches!(w, Warning::NoGoodFit { .. }));
     let verdict = if bad { "no good fit: " } else { "" };
-    format!("{verdict}{}\n{}\n", parameters(fit), quality(fit))
+    format!("{verdict}{}\n{}\n", parameters(fit, true), quality(fit))
 }
 
 fn quality(fit: &Fit) -> String {
@@ -104,7 +110,7 @@ pub fn page(result: &Match) -> String {
             fit.model,
             fit.rms,
             fit.ln_evidence,
-            parameters(fit)
+            parameters(fit, false)
         );
     }
     let list = |values: &[f64]| -> String {
