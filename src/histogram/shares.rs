@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use super::tally::{Kept, State};
 use super::{Histogram, totals};
 
 /// The share of the paths of each of several histograms in each state, of all groups together.
@@ -12,8 +11,12 @@ use super::{Histogram, totals};
 /// that was given up counts half of what it may still bring, as in every signature.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shares {
-    kept: Kept,
-    states: Vec<State>,
+    /// Powers of reflectances: each symbol and its number of hits.
+    powers: Vec<(u16, u16)>,
+    /// Of all states one after the other, the places of their powers.
+    of_states: Vec<u32>,
+    /// Where each state ends among these.
+    ends: Vec<u32>,
     /// By histogram, then by state.
     shares: Vec<Vec<f64>>,
 }
@@ -37,7 +40,17 @@ impl Shares {
     /// # Panics
     /// Without a histogram.
     pub fn of(histograms: &[&Histogram]) -> Self {
-        let mut numbers: BTreeMap<&[u16], usize> = BTreeMap::new();
+        Self::of_kinds(histograms, &|symbol| symbol)
+    }
+
+    /// The same where some symbols always have the same reflectance, and the same derivatives:
+    /// `kind` names one for all of them. So there are fewer states.
+    ///
+    /// # Panics
+    /// Without a histogram.
+    pub fn of_kinds(histograms: &[&Histogram], kind: &dyn Fn(u16) -> u16) -> Self {
+        let lists = histograms[0].kept.lists();
+        let mut numbers: BTreeMap<Vec<(u16, u16)>, usize> = BTreeMap::new();
         let mut shares: Vec<Vec<f64>> = vec![Vec::new(); histograms.len()];
         for (of, shares) in histograms.iter().zip(&mut shares) {
             let all = of.paths() * of.parts as f64;
@@ -49,61 +62,37 @@ impl Shares {
             });
             for (state, part, count) in states {
                 let next = numbers.len();
-                let number = *numbers.entry(state).or_insert(next);
+                let number = *numbers.entry(hits(state, lists, kind)).or_insert(next);
                 if shares.len() <= number {
                     shares.resize(number + 1, 0.0);
                 }
                 shares[number] += part * count as f64 / all;
             }
         }
-        let mut states: Vec<State> = vec![State::default(); numbers.len()];
-        for (state, number) in numbers {
-            states[number] = state.into();
+        let mut states: Vec<&[(u16, u16)]> = vec![&[]; numbers.len()];
+        for (state, &number) in &numbers {
+            states[number] = state;
         }
         for shares in &mut shares {
             shares.resize(states.len(), 0.0);
         }
-        Self { kept: histograms[0].kept, states, shares }
-    }
-
-    /// The same where symbols reflect alike: `first` gives for each the first of its kind. States that
-    /// then are alike are one.
-    #[must_use]
-    pub fn merged(self, first: &[usize]) -> Self {
-        let mut numbers: BTreeMap<State, usize> = BTreeMap::new();
-        let mut places = Vec::with_capacity(self.states.len());
-        for state in &self.states {
-            let next = numbers.len();
-            places.push(*numbers.entry(self.merged_state(state, first)).or_insert(next));
+        let mut places: BTreeMap<(u16, u16), u32> = BTreeMap::new();
+        let (mut of_states, mut ends) = (Vec::new(), Vec::new());
+        for state in states {
+            for &power in state {
+                let next = places.len() as u32;
+                of_states.push(*places.entry(power).or_insert(next));
+            }
+            ends.push(of_states.len() as u32);
         }
-        let sum = |shares: &Vec<f64>| {
-            let mut sum = vec![0.0; numbers.len()];
-            places.iter().zip(shares).for_each(|(&place, share)| sum[place] += share);
-            sum
-        };
-        let shares = self.shares.iter().map(sum).collect();
-        let mut states: Vec<State> = vec![State::default(); numbers.len()];
-        for (state, number) in numbers {
-            states[number] = state;
-        }
-        Self { kept: self.kept, states, shares }
-    }
-
-    fn merged_state(&self, state: &[u16], first: &[usize]) -> State {
-        if self.kept.lists() {
-            let mut hits: Vec<u16> =
-                state.iter().map(|&hit| first[usize::from(hit)] as u16).collect();
-            hits.sort_unstable();
-            return hits.into();
-        }
-        let mut hits = vec![0; state.len()];
-        state.iter().zip(first).for_each(|(n, &first)| hits[first] += n);
-        hits.into()
+        let mut powers = vec![(0, 0); places.len()];
+        places.into_iter().for_each(|(power, place)| powers[place as usize] = power);
+        Self { powers, of_states, ends, shares }
     }
 
     /// The share of each state in a sum of the histograms with these weights.
     pub fn mixture(&self, weights: &[f64]) -> Vec<f64> {
-        let mut sum = vec![0.0; self.states.len()];
+        let mut sum = vec![0.0; self.ends.len()];
         for (shares, weight) in self.shares.iter().zip(weights).filter(|(_, w)| **w != 0.0) {
             for (sum, share) in sum.iter_mut().zip(shares) {
                 *sum += weight * share;
@@ -125,52 +114,50 @@ impl Shares {
             .iter()
             .map(|of| of.iter().zip(&safe).map(|(d, rho)| d / rho).collect())
             .collect();
-        let powers: Vec<Vec<f64>> = if self.kept.lists() {
-            Vec::new()
-        } else {
-            safe.iter().map(|rho| powers(*rho)).collect()
-        };
+        let at = |&(symbol, n): &(u16, u16)| safe[usize::from(symbol)].powi(n.into());
+        let powers: Vec<f64> = self.powers.iter().map(at).collect();
         let mut values = vec![0.0; mixtures.len()];
         let mut slopes = vec![0.0; directions.len()];
-        for (number, hits) in self.states.iter().enumerate() {
+        let mut from = 0;
+        for (number, &end) in self.ends.iter().enumerate() {
+            let state = &self.of_states[from..end as usize];
+            from = end as usize;
             if mixtures.iter().all(|mixture| mixture[number] == 0.0) {
                 continue;
             }
-            let weight = if self.kept.lists() {
-                hits.iter().fold(1.0, |w, &symbol| w * safe[usize::from(symbol)])
-            } else {
-                let power = |(symbol, &n): (usize, &u16)| match powers[symbol].get(usize::from(n)) {
-                    Some(power) => *power,
-                    None => safe[symbol].powi(n.into()),
-                };
-                hits.iter().enumerate().map(power).product()
-            };
+            let weight = state.iter().fold(1.0, |weight, &place| weight * powers[place as usize]);
             for (value, mixture) in values.iter_mut().zip(mixtures) {
                 *value += mixture[number] * weight;
             }
             let weight = mixtures[0][number] * weight;
             for (slope, relative) in slopes.iter_mut().zip(&relative) {
-                let of_hits = if self.kept.lists() {
-                    hits.iter().map(|&symbol| relative[usize::from(symbol)]).sum::<f64>()
-                } else {
-                    hits.iter().zip(relative).map(|(&n, relative)| f64::from(n) * relative).sum()
+                let of_power = |&place: &u32| {
+                    let (symbol, n) = self.powers[place as usize];
+                    f64::from(n) * relative[usize::from(symbol)]
                 };
-                *slope += weight * of_hits;
+                *slope += weight * state.iter().map(of_power).sum::<f64>();
             }
         }
         Summed { values, slopes }
     }
 }
 
-/// The first powers of a reflectance.
-fn powers(rho: f64) -> Vec<f64> {
-    std::iter::successors(Some(1.0), |power| Some(power * rho)).take(64).collect()
+/// The symbols of a state, each with its number of hits.
+fn hits(state: &[u16], lists: bool, kind: &dyn Fn(u16) -> u16) -> Vec<(u16, u16)> {
+    let mut hits: BTreeMap<u16, u16> = BTreeMap::new();
+    for (symbol, &of) in (0..).zip(state) {
+        let (symbol, n) = if lists { (of, 1) } else { (symbol, of) };
+        if n > 0 {
+            *hits.entry(kind(symbol)).or_default() += n;
+        }
+    }
+    hits.into_iter().collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::histogram::tally::PARTS;
+    use crate::histogram::tally::{Kept, PARTS};
 
     type States<'a> = &'a [(&'a [u16], i64)];
 
@@ -216,21 +203,21 @@ mod tests {
         }
     }
 
-    /// With the second symbol of a pair as the first.
+    /// Symbols in pairs that reflect alike.
     #[test]
     fn symbols_that_reflect_alike_are_one() {
-        for (histograms, n) in beds() {
+        for ([a, b], n) in beds() {
             let rho = &[0.7, 0.7, 0.55, 0.55][..n];
             let direction = &[0.3, 0.3, 0.11, 0.11][..n];
-            let shares = Shares::of(&histograms.each_ref());
-            let merged = shares.clone().merged(&[0, 0, 2, 2][..n]);
-            assert!(merged.states.len() < shares.states.len());
-            let [all, one] = [&shares, &merged].map(|of| {
+            let [all, pairs] =
+                [Shares::of(&[&a, &b]), Shares::of_kinds(&[&a, &b], &|symbol| symbol - symbol % 2)];
+            assert!(pairs.powers.len() < all.powers.len());
+            let [all, pairs] = [all, pairs].map(|of| {
                 let mixture = of.mixture(&[0.3, 0.7]);
                 of.weight(&[&mixture], rho, &[direction])
             });
-            assert!((all.values[0] - one.values[0]).abs() < 1e-14, "{all:?} {one:?}");
-            assert!((all.slopes[0] - one.slopes[0]).abs() < 1e-14, "{all:?} {one:?}");
+            assert!((all.values[0] - pairs.values[0]).abs() < 1e-14, "{all:?} {pairs:?}");
+            assert!((all.slopes[0] - pairs.slopes[0]).abs() < 1e-14, "{all:?} {pairs:?}");
         }
     }
 

@@ -14,12 +14,12 @@ use crate::support::math;
 use crate::support::random::{Purpose, Source, Stream};
 
 /// Points of the last round.
-const POINTS: usize = 2048;
+const POINTS: usize = 1536;
 
 /// Points of each round before, most such rounds, and as many points as must count for the next.
-const FEWER: usize = 512;
+const FEWER: usize = 256;
 const ROUNDS: usize = 12;
-const ENOUGH: f64 = 128.0;
+const ENOUGH: f64 = 64.0;
 
 /// Degrees of freedom of Student's t distribution.
 const FREEDOM: usize = 5;

@@ -162,7 +162,8 @@ impl Soil {
         let symbols = roles.iter().flat_map(|&role| vec![role; kept.of_material()]);
         let symbols: Vec<Role> = symbols.collect();
         let reflectances = reflectances(&spectra, kept, um)?;
-        let shares = Shares::of(&histograms).merged(&first_alike(&symbols, &reflectances));
+        let first = first_alike(&symbols, &reflectances);
+        let shares = Shares::of_kinds(&histograms, &|symbol| first[usize::from(symbol)]);
         Ok(Self {
             um: um.to_vec(),
             parameters,
@@ -262,11 +263,11 @@ impl Soil {
 }
 
 /// For each symbol the first one of the same role and the same reflectance in all bands.
-fn first_alike(roles: &[Role], reflectances: &[Vec<f64>]) -> Vec<usize> {
+fn first_alike(roles: &[Role], reflectances: &[Vec<f64>]) -> Vec<u16> {
     let alike = |a: usize, b: usize| {
         roles[a] == roles[b] && reflectances.iter().all(|band| band[a] == band[b])
     };
-    let first = |of: usize| (0..of).find(|&other| alike(other, of)).unwrap_or(of);
+    let first = |of: usize| (0..of).find(|&other| alike(other, of)).unwrap_or(of) as u16;
     (0..roles.len()).map(first).collect()
 }
 
