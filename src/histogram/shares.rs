@@ -101,6 +101,26 @@ impl Shares {
         sum
     }
 
+    /// The weight that a mixture brings to the sky for a reflectance of each symbol.
+    pub fn value(&self, mixture: &[f64], reflectance: &[f64]) -> f64 {
+        let powers = self.powers_of(reflectance);
+        let mut from = 0;
+        let of = |(&share, &end): (&f64, &u32)| {
+            let state = &self.of_states[from..end as usize];
+            from = end as usize;
+            if share == 0.0 {
+                return 0.0;
+            }
+            state.iter().fold(share, |weight, &place| weight * powers[place as usize])
+        };
+        mixture.iter().zip(&self.ends).map(of).sum()
+    }
+
+    fn powers_of(&self, reflectance: &[f64]) -> Vec<f64> {
+        let at = |&(symbol, n): &(u16, u16)| reflectance[usize::from(symbol)].powi(n.into());
+        self.powers.iter().map(at).collect()
+    }
+
     /// The weights that mixtures bring to the sky for a reflectance of each symbol, and the
     /// derivative of the first along directions: derivatives of the reflectances in a parameter.
     pub fn weight(
@@ -114,8 +134,7 @@ impl Shares {
             .iter()
             .map(|of| of.iter().zip(&safe).map(|(d, rho)| d / rho).collect())
             .collect();
-        let at = |&(symbol, n): &(u16, u16)| safe[usize::from(symbol)].powi(n.into());
-        let powers: Vec<f64> = self.powers.iter().map(at).collect();
+        let powers = self.powers_of(&safe);
         let mut values = vec![0.0; mixtures.len()];
         let mut slopes = vec![0.0; directions.len()];
         let mut from = 0;
@@ -196,8 +215,9 @@ mod tests {
             assert!((found.values[1] + a).abs() < 1e-14, "{found:?}");
             let moved = |step: f64| {
                 let rho: Vec<f64> = rho.iter().zip(direction).map(|(r, d)| r + step * d).collect();
-                shares.weight(&mixtures, &rho, &[]).values[0]
+                shares.value(mixtures[0], &rho)
             };
+            assert!((moved(0.0) - found.values[0]).abs() < 1e-14, "{found:?}");
             let differences = (moved(1e-6) - moved(-1e-6)) / 2e-6;
             assert!((found.slopes[0] - differences).abs() < 1e-8, "{found:?} {differences}");
         }

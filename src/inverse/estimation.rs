@@ -239,7 +239,7 @@ impl<'a> Fitting<'a> {
         let weighed = weighed(residual);
         let known = self.known(&self.all(&x));
         let grid = self.grid(&x, &held, &known, &weighed);
-        self.finish(seed, &x, &grid, (known, weighed), (minima, converged))
+        self.finish((seed, near.is_none()), &x, &grid, (known, weighed), (minima, converged))
     }
 
     /// The logarithm of the profile likelihood over one parameter, relative to its greatest: the

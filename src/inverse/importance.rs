@@ -13,9 +13,6 @@ use super::kernel::{lower_solve, root};
 use crate::support::math;
 use crate::support::random::{Purpose, Source, Stream};
 
-/// Points of the last round.
-const POINTS: usize = 1536;
-
 /// Points of each round before, most such rounds, and as many points as must count for the next.
 const FEWER: usize = 256;
 const ROUNDS: usize = 12;
@@ -51,7 +48,7 @@ pub struct Drawn {
 /// Gives the weights of points from the logarithm of the density by which each was drawn.
 pub type Weigh<'a> = dyn Fn(&[DVector<f64>], &[f64]) -> Vec<f64> + 'a;
 
-/// Draws `number` points within the bounds of each parameter. Weights are the density over that of the
+/// Draws `number` points, from as many in the last round, within the bounds of each parameter. Weights are the density over that of the
 /// draw, but for a factor that all of a round have.
 pub fn draws(
     first: Proposal,
@@ -71,7 +68,7 @@ pub fn draws(
             break;
         }
     }
-    let (points, weights) = proposal.weighed(bounds, weigh, POINTS, &mut random);
+    let (points, weights) = proposal.weighed(bounds, weigh, number, &mut random);
     let draws = in_proportion(&weights, number).map(|i| points[i].clone()).collect();
     Drawn { draws, effective: effective(weights.iter().copied()) }
 }
@@ -185,6 +182,8 @@ fn in_proportion(weights: &[f64], number: usize) -> impl Iterator<Item = usize> 
 mod tests {
     use super::*;
 
+    const NUMBER: usize = 2048;
+
     /// A normal distribution of two parameters with standard deviations 2 and 1, correlated by .6.
     fn of(bounds: [[f64; 2]; 2], mean: [f64; 2]) -> Drawn {
         let covariance = DMatrix::from_row_slice(2, 2, &[4.0, 1.2, 1.2, 1.0]);
@@ -197,7 +196,7 @@ mod tests {
             ln.iter().map(|ln| math::exp(ln - greatest)).collect()
         };
         let middle = DVector::from_fn(2, |i, _| mean[i].clamp(bounds[i][0], bounds[i][1]));
-        draws(Proposal { middle, covariance: covariance.clone() }, &bounds, &weigh, 4096, 3)
+        draws(Proposal { middle, covariance: covariance.clone() }, &bounds, &weigh, NUMBER, 3)
     }
 
     fn mean_and_sd(drawn: &Drawn, place: usize) -> (f64, f64) {
@@ -214,7 +213,7 @@ mod tests {
         assert!((a.0 - 1.0).abs() < 0.15 && (a.1 - 2.0).abs() < 0.15, "{a:?}");
         assert!((b.0 + 2.0).abs() < 0.08 && (b.1 - 1.0).abs() < 0.08, "{b:?}");
         // A proposal that is wider by 1.5 and has longer tails loses some.
-        let all = POINTS as f64;
+        let all = NUMBER as f64;
         assert!((0.5 * all..0.95 * all).contains(&drawn.effective), "{}", drawn.effective);
     }
 
@@ -239,7 +238,7 @@ mod tests {
         };
         let covariance = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 0.25]);
         let first = Proposal { middle: DVector::zeros(2), covariance };
-        let drawn = draws(first, &[[-9.0, 9.0]; 2], &weigh, 4096, 5);
+        let drawn = draws(first, &[[-9.0, 9.0]; 2], &weigh, NUMBER, 5);
         let [a, b] = [0, 1].map(|place| mean_and_sd(&drawn, place));
         // x_0^2 has mean 1 and variance 2.
         assert!(a.0.abs() < 0.15 && (a.1 - 1.0).abs() < 0.15, "{a:?}");

@@ -219,7 +219,7 @@ impl Soil {
             self.add_thinned(&mut weights, fresh.cover, [1.0, 0.0], false);
             weights.value[number - self.fresh.len() + i] -= 1.0;
             let mixture = self.shares.mixture(&weights.value);
-            self.shares.weight(&[&mixture], &rho, &[]).values[0]
+            self.shares.value(&mixture, &rho)
         };
         self.fresh.iter().enumerate().map(of).collect()
     }
@@ -316,9 +316,7 @@ impl Model for Soil {
 
     fn bands(&self, x: &[f64]) -> Vec<f64> {
         let mixture = self.shares.mixture(&self.weights(x[COVER], x[LARGE]).value);
-        let of = |band: usize| {
-            1.0 - self.shares.weight(&[&mixture], &self.mixed(band, x), &[]).values[0]
-        };
+        let of = |band: usize| 1.0 - self.shares.value(&mixture, &self.mixed(band, x));
         (0..self.um.len()).map(of).collect()
     }
 

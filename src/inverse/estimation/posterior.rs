@@ -10,8 +10,9 @@ use super::super::kernel::{lower_solve, root};
 use super::{Estimation, Evaluated, Fitting, Parameter};
 use crate::support::math;
 
-/// Draws from the posterior.
-pub const DRAWS: usize = 4096;
+/// Draws from the posterior of the answer, and of a model that it is compared with.
+const DRAWS: usize = 1536;
+const DRAWS_TO_COMPARE: usize = 512;
 
 /// A discrepancy less likely than this, over the most likely one, has no part in the posterior.
 const LEAST_LIKELY: f64 = 1e-6;
@@ -104,11 +105,12 @@ impl Fitting<'_> {
         slopes: &DMatrix<f64>,
         weighed: &[f64],
         grid: &[GridPoint],
-        seed: u64,
+        (seed, is_answer): (u64, bool),
     ) -> Drawn {
+        let number = if is_answer { DRAWS } else { DRAWS_TO_COMPARE };
         let p = self.free.len();
         if p == 0 {
-            return Drawn { draws: vec![x.clone(); DRAWS], effective: DRAWS as f64 };
+            return Drawn { draws: vec![x.clone(); number], effective: number as f64 };
         }
         let greatest = most_likely(grid).evidence;
         let likely: Vec<(f64, &Told)> = (grid.iter())
@@ -151,7 +153,7 @@ impl Fitting<'_> {
             (0..points.len()).map(|i| of_all.iter().map(|of| of[i]).sum()).collect()
         };
         let first = Proposal { middle: x.clone(), covariance };
-        importance::draws(first, &self.bounds(), &weigh, DRAWS, seed)
+        importance::draws(first, &self.bounds(), &weigh, number, seed)
     }
 
     /// The evidence of the linearised model of whitened bands, but for the determinant of their
@@ -187,7 +189,7 @@ impl Fitting<'_> {
 
     pub(super) fn finish(
         &self,
-        seed: u64,
+        draws: (u64, bool),
         x: &DVector<f64>,
         grid: &[GridPoint],
         (known, weighed): (DMatrix<f64>, Vec<f64>),
@@ -199,7 +201,7 @@ impl Fitting<'_> {
         let greatest = most_likely(grid);
         let of = |point: &GridPoint| math::exp(point.evidence - greatest.evidence);
         let mean = grid.iter().map(of).sum::<f64>() / grid.len() as f64;
-        let Drawn { draws, effective } = self.drawn(x, &slopes, &weighed, grid, seed);
+        let Drawn { draws, effective } = self.drawn(x, &slopes, &weighed, grid, draws);
         let draws = draws.iter().map(|draw| self.all(draw)).collect();
         let GridPoint { discrepancy, told, .. } = greatest;
         let all = discrepancy.with(&known, um, &evaluated.bands);
