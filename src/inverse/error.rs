@@ -16,19 +16,17 @@ pub enum InverseError {
         problem: String,
     },
     /// There are too few bands.
-    #[error("{}: {bands} bands within {from_um}-{to_um} um are too few for {parameters} parameters",
+    #[error("{}: {bands} bands in the range are too few for {parameters} parameters; it takes {least}",
             spectrum.display())]
     Bands {
         /// The file.
         spectrum: PathBuf,
         /// Bands within the range.
         bands: usize,
-        /// The range, um.
-        from_um: f64,
-        /// The range, um.
-        to_um: f64,
         /// Parameters that are fitted.
         parameters: usize,
+        /// The least number of bands.
+        least: usize,
     },
     /// A prior names no parameter.
     #[error("there is no parameter {name:?}; the model has {known}")]

@@ -98,8 +98,8 @@ pub struct Estimation {
     pub known: DMatrix<f64>,
     /// Chi-square of the residual with the known covariance, and with the discrepancy.
     pub chi_square: [f64; 2],
-    /// Number of different minima that the starts led to.
-    pub minima: usize,
+    /// The parameters of the next best minimum that starts led to, if there is one.
+    pub other: Option<Vec<f64>>,
     /// Whether the fit settled.
     pub converged: bool,
     /// The standard error of each band that it was weighed by.
@@ -214,15 +214,15 @@ impl<'a> Fitting<'a> {
         let mut residual = 0.02;
         let mut x = DVector::from_fn(self.free.len(), |i, _| self.parameter(i).prior);
         let mut held = vec![false; self.free.len()];
-        let (mut minima, mut converged) = (0, false);
+        let (mut other, mut converged) = (None, false);
         for round in 0..MOST_ROUNDS {
             let weighed = weighed(residual);
             let minimum = if round < 2 {
                 let starts = self.starts(near);
                 let found: Vec<Minimum> = starts.iter().map(|s| self.best(&weighed, s)).collect();
-                minima = different(&found);
-                let by_squares = |a: &Minimum, b: &Minimum| a.squares().total_cmp(&b.squares());
-                found.into_iter().min_by(by_squares).expect("there is a start")
+                let (best, next) = best_two(found);
+                other = next.map(|next| self.all(&next.x));
+                best
             } else {
                 self.best(&weighed, &x)
             };
@@ -239,7 +239,7 @@ impl<'a> Fitting<'a> {
         let weighed = weighed(residual);
         let known = self.known(&self.all(&x));
         let grid = self.grid(&x, &held, &known, &weighed);
-        self.finish((seed, near.is_none()), &x, &grid, (known, weighed), (minima, converged))
+        self.finish((seed, near.is_none()), &x, &grid, (known, weighed), (other, converged))
     }
 
     /// The logarithm of the profile likelihood over one parameter, relative to its greatest: the
@@ -295,10 +295,11 @@ impl Model for Fixed<'_> {
     }
 }
 
-/// Minima whose sums of squares differ.
-fn different(found: &[Minimum]) -> usize {
-    let mut squares: Vec<f64> = found.iter().map(Minimum::squares).collect();
-    squares.sort_by(f64::total_cmp);
-    squares.dedup_by(|a, b| (*a - *b).abs() <= 1e-6 * (1.0 + b.abs()));
-    squares.len()
+/// The least minimum, and the least of those whose sums of squares differ from it.
+fn best_two(mut found: Vec<Minimum>) -> (Minimum, Option<Minimum>) {
+    found.sort_by(|a, b| a.squares().total_cmp(&b.squares()));
+    let best = found.remove(0);
+    let differs = |of: &Minimum| of.squares() - best.squares() > 1e-6 * (1.0 + best.squares());
+    let other = found.into_iter().find(differs);
+    (best, other)
 }

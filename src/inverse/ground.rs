@@ -74,6 +74,29 @@ pub fn known(priors: &[(String, f64, f64)], seen: &Seen) -> Result<(), Error> {
     }
 }
 
+/// Least bands of a fit beyond its parameters.
+const LEAST_MORE: usize = 2;
+
+/// An error if the bands are too few for the parameters that are fitted.
+pub fn enough(options: &Options) -> Result<(), Error> {
+    let Options { spectrum, seen, second, priors, .. } = options;
+    let mut fitted = vec![NAMES[0], NAMES[1]];
+    fitted.extend(second.is_none().then_some(NAMES[2]));
+    if let Seen::Radiance { .. } = seen {
+        fitted.extend(radiance::NAMES);
+    }
+    for (name, _, sd) in priors {
+        fitted.retain(|fitted| fitted != name);
+        fitted.extend((*sd > 0.0).then_some(name.as_str()));
+    }
+    let (bands, parameters) = (seen.um().len(), fitted.len());
+    let least = parameters + LEAST_MORE;
+    if bands >= least {
+        return Ok(());
+    }
+    Err(InverseError::Bands { spectrum: spectrum.clone(), bands, parameters, least }.into())
+}
+
 /// The beds and all that does not depend on the facet model.
 pub struct Ground<'a> {
     /// What is matched.

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use super::InverseError;
 use crate::products::retrieve::{self, Known, Target};
 use crate::radiometry::{Measured, Method, Temperature};
 use crate::spectrum::format::{self, Reading};
@@ -35,9 +34,6 @@ pub enum Seen {
 /// makes nearer bands tell the same.
 pub const STEP_UM: f64 = 0.03;
 
-/// Least bands of a fit beyond its parameters.
-const LEAST_MORE: usize = 2;
-
 impl Seen {
     /// Wavelengths of the bands, um.
     pub fn um(&self) -> Vec<f64> {
@@ -54,7 +50,7 @@ impl Seen {
         let places = picked(&spectrum.wavelength_um, range_um);
         let of = |values: &[f64]| -> Vec<f64> { places.iter().map(|&i| values[i]).collect() };
         let (um, bands) = (of(&spectrum.wavelength_um), of(&spectrum.emissivity));
-        Self::Emissivity { um, bands, errors: None }.enough(path, range_um, 3)
+        Ok(Self::Emissivity { um, bands, errors: None })
     }
 
     /// Reads radiance within a range, um. `known` has the sky, the atmosphere and the target's
@@ -83,21 +79,7 @@ impl Seen {
         let um: Vec<f64> = measured.iter().map(|m| m.wavelength_um).collect();
         let measured = picked(&um, range_um).into_iter().map(|i| measured[i]).collect();
         let downwelling_error = known.assumed.downwelling_error;
-        Self::Radiance { measured, first, downwelling_error }.enough(path, range_um, 5)
-    }
-
-    fn enough(
-        self,
-        path: &Path,
-        [from_um, to_um]: [f64; 2],
-        parameters: usize,
-    ) -> Result<Self, Error> {
-        let bands = self.um().len();
-        if bands >= parameters + LEAST_MORE {
-            return Ok(self);
-        }
-        let spectrum = path.to_owned();
-        Err(InverseError::Bands { spectrum, bands, from_um, to_um, parameters }.into())
+        Ok(Self::Radiance { measured, first, downwelling_error })
     }
 }
 

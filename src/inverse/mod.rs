@@ -97,6 +97,8 @@ pub struct Options<'a> {
 /// a prior that fits no parameter.
 pub fn run(options: &Options) -> Result<Match, Error> {
     let Options { monitor, .. } = *options;
+    ground::known(&options.priors, &options.seen)?;
+    ground::enough(options)?;
     let um = options.seen.um();
     let materials = resolved(&options.scene)?;
     // What is wrong with the spectra is known before Blender is started.
@@ -109,7 +111,6 @@ pub fn run(options: &Options) -> Result<Match, Error> {
             return Err(InverseError::Bed { scene, problem }.into());
         }
     }
-    ground::known(&options.priors, &options.seen)?;
     let source = Source::of(options);
     let settled = source.settle()?;
     let mut ground = Ground { options, settled, materials, um };

@@ -122,10 +122,21 @@ pub struct Fit {
     pub autocorrelation: Vec<Autocorrelation>,
     /// Draws of the posterior are weighed: as many independent ones would tell as much.
     pub effective_draws: f64,
-    /// Different minima that the starts led to.
-    pub minima: usize,
+    /// The next best of the minima that the starts led to, if there are several.
+    pub other_minimum: Option<OtherMinimum>,
     /// Whether the fit settled.
     pub converged: bool,
+}
+
+/// Another minimum of the sum of squares.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct OtherMinimum {
+    /// The parameters, in their order.
+    pub parameters: Vec<f64>,
+    /// Root mean square of the residuals.
+    pub rms: f64,
 }
 
 /// A parameter and what the bands say of it.

@@ -7,7 +7,7 @@ use super::Warning;
 use super::discrepancy::root_mean_square;
 use super::estimation::{Estimation, Fitting, Model, Observed};
 use super::facets::FacetModel;
-use super::result::{Autocorrelation, ChiSquare, Fit, Fitted, Match, Profile};
+use super::result::{Autocorrelation, ChiSquare, Fit, Fitted, Match, OtherMinimum, Profile};
 use super::soil::COVER;
 use crate::support::math;
 
@@ -17,6 +17,8 @@ const CORRELATED: f64 = 0.95;
 const TOLD: f64 = 0.5;
 /// Residuals beyond this speak against a fit.
 const GOOD: f64 = 0.03;
+/// Another minimum is warned of where its residuals are less than so many times as large.
+const AS_GOOD: f64 = 1.5;
 /// Effective draws below which the errors are uncertain themselves.
 const DRAWN: f64 = 100.0;
 /// Steps of a profile likelihood.
@@ -71,9 +73,16 @@ pub fn fit(
         ln_evidence: found.evidence,
         autocorrelation: autocorrelation(&observed.um, &residuals),
         effective_draws: found.effective,
-        minima: found.minima,
+        other_minimum: found.other.as_ref().map(|other| other_minimum(model, observed, other)),
         converged: found.converged,
     }
+}
+
+fn other_minimum(model: &dyn Model, observed: &Observed, at: &[f64]) -> OtherMinimum {
+    let fitted = model.bands(at);
+    let off: Vec<f64> =
+        observed.bands.iter().zip(fitted).map(|(seen, fitted)| seen - fitted).collect();
+    OtherMinimum { parameters: at.to_vec(), rms: root_mean_square(&off) }
 }
 
 /// Adds the profile likelihoods of parameters whose interval comes near a bound.
@@ -199,8 +208,10 @@ pub fn warnings(result: &Match, observed: &Observed, found: &Estimation) -> Vec<
     if answer.effective_draws < DRAWN {
         warnings.push(Warning::FewDraws { effective: answer.effective_draws });
     }
-    if answer.minima > 1 {
-        warnings.push(Warning::SeveralMinima { minima: answer.minima });
+    // A minimum whose fit is much worse is no answer.
+    let as_good = |other: &&OtherMinimum| other.rms < AS_GOOD * answer.rms;
+    if let Some(other) = answer.other_minimum.as_ref().filter(as_good) {
+        warnings.push(Warning::SeveralMinima { cover: other.parameters[COVER], rms: other.rms });
     }
     if let Some(linear) = result.linear.last().filter(|linear| linear.rms < answer.rms) {
         warnings.push(Warning::LinearIsBetter { rms: linear.rms });

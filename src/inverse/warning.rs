@@ -53,10 +53,12 @@ pub enum Warning {
         /// The covers.
         covers: [f64; 2],
     },
-    /// Fits from different starts end in different minima.
+    /// Fits from other starts end in another minimum that is nearly as good.
     SeveralMinima {
-        /// How many.
-        minima: usize,
+        /// Its cover.
+        cover: f64,
+        /// Its root mean square.
+        rms: f64,
     },
     /// Few draws carry most of the posterior's weight.
     FewDraws {
@@ -70,6 +72,27 @@ pub enum Warning {
     },
 }
 
+/// The name of a parameter for people.
+pub fn named(parameter: &str) -> &str {
+    match parameter {
+        "cover" => "cover with fines",
+        "second" => "second component",
+        "level" => "its emissivity",
+        "large_fines" => "large fines",
+        "medium_grains" => "medium grains",
+        "flat" => "flat component",
+        other => other,
+    }
+}
+
+/// The same where no second component is named before it.
+fn alone(parameter: &str) -> &str {
+    match parameter {
+        "level" => "emissivity of the second component",
+        other => named(other),
+    }
+}
+
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -78,45 +101,52 @@ impl fmt::Display for Warning {
                 let bands = bands.join(", ");
                 write!(
                     f,
-                    "no parameter makes the fit good: RMS {rms:.3}. Against it speak {bands} um; \
-                     the soil has something that the model has not"
+                    "no values of the parameters fit well: RMS {rms:.3}. The fit misses by more than \
+                     0.03 at {bands} um: the soil has something that the model has not"
                 )
             }
             Self::Correlated { one, other, correlation } => write!(
                 f,
-                "these bands do not tell {one} and {other} apart (correlation {correlation:.2}): \
-                 give one of them with --prior"
+                "these bands do not tell {} and {} apart (correlation {correlation:.2}): give one \
+                 of them with --prior {one}=VALUE or --prior {other}=VALUE",
+                alone(one),
+                alone(other)
             ),
             Self::NotTold { parameter, degrees_of_freedom } => write!(
                 f,
-                "these bands do not tell {parameter}: {:.0} % of its value comes from its prior",
+                "these bands do not tell the {}: {:.0} % of its value comes from its prior",
+                alone(parameter),
                 100.0 * (1.0 - degrees_of_freedom)
             ),
-            Self::AtBound { parameter, bound } => {
-                write!(f, "{parameter} is at its bound of {bound:.3}: read its interval one-sided")
-            }
+            Self::AtBound { parameter, bound } => write!(
+                f,
+                "the best fit has the {} at its bound of {bound:.3}: read its interval one-sided",
+                alone(parameter)
+            ),
             Self::ModelsDiffer { model, cover: [cover, error] } => write!(
                 f,
-                "{model}: the cover is {cover:.2} +- {error:.2}; the models differ by more than \
-                 their errors"
+                "another model gives another cover: {model}, {cover:.2} +- {error:.2}; that is \
+                 beyond the errors of both"
             ),
             Self::HalvesDiffer { covers: [even, odd] } => write!(
                 f,
                 "every other band gives a cover of {even:.2}, the rest {odd:.2}: the answer \
                  depends on the bands"
             ),
-            Self::SeveralMinima { minima } => {
-                write!(f, "the starts led to {minima} different minima: the best is shown")
-            }
+            Self::SeveralMinima { cover, rms } => write!(
+                f,
+                "a cover of {cover:.2} fits nearly as well (RMS {rms:.3}): the errors may not hold it"
+            ),
             Self::FewDraws { effective } => write!(
                 f,
                 "the errors come from {effective:.0} effective draws only: they are uncertain by \
                  {:.0} %",
                 100.0 / (2.0 * effective).sqrt()
             ),
-            Self::LinearIsBetter { rms } => {
-                write!(f, "linear mixing with a flat component fits better: RMS {rms:.3}")
-            }
+            Self::LinearIsBetter { rms } => write!(
+                f,
+                "linear mixing with a flat component fits better than the traced model: RMS {rms:.3}"
+            ),
         }
     }
 }

@@ -2,19 +2,11 @@
 
 use super::Warning;
 use super::result::{Fit, Fitted, Match};
+use super::warning::named;
 
 /// The name of a parameter for people.
 pub fn name(fitted: &Fitted) -> &str {
-    match fitted.parameter.name.as_str() {
-        "cover" => "cover with fines",
-        "second" => "second component",
-        "level" => "its emissivity",
-        "large_fines" => "large fines",
-        "medium_grains" => "medium grains",
-        "fines" => "fines",
-        "flat" => "flat component",
-        other => other,
-    }
+    named(&fitted.parameter.name)
 }
 
 /// A parameter with its error: mean and standard deviation of the posterior, and its interval if
@@ -40,7 +32,8 @@ fn parameter(fitted: &Fitted, with_interval: bool) -> String {
 fn parameters(fit: &Fit, with_intervals: bool) -> String {
     let is_free = |fitted: &&Fitted| fitted.parameter.prior_standard_deviation > 0.0;
     let of = |fitted: &Fitted| parameter(fitted, with_intervals);
-    fit.parameters.iter().filter(is_free).map(of).collect::<Vec<_>>().join(", ")
+    let all: Vec<String> = fit.parameters.iter().filter(is_free).map(of).collect();
+    if all.is_empty() { "all parameters are given".into() } else { all.join(", ") }
 }
 
 /// The answer in two lines.

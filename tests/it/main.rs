@@ -29,6 +29,7 @@ mod ingest;
 mod jacobian;
 mod layers;
 mod library;
+mod match_warnings;
 mod matching;
 mod messages;
 mod minerals;

@@ -297,6 +297,11 @@ fn two_hundred_twins() {
     }
 }
 
+fn signature_of(place: &Place, name: &str, um: &[f64]) {
+    let rows: String = um.iter().map(|um| format!("{um},0.9\n")).collect();
+    place.write(name, format!("wavelength_um,emissivity\n{rows}"));
+}
+
 fn signature(place: &Place, name: &str, emissivity: impl Fn(f64) -> f64) {
     let rows: String = um().iter().map(|um| format!("{um},{}\n", emissivity(*um))).collect();
     place.write(name, format!("wavelength_um,emissivity\n{rows}"));
@@ -390,6 +395,14 @@ fn wrong_options_are_refused_with_their_reason() {
     let place = Place::new();
     signature(&place, "soil.csv", |_| 0.9);
     let scene = shipped("settled_patch.json");
+    // Two bands more than parameters that are fitted.
+    signature_of(&place, "few.csv", &[8.3, 9.1, 11.0]);
+    let few = ["match", "few.csv", "--scene", &scene, "--out", "m"];
+    let (_, error) = place.run(&few, 3);
+    assert!(
+        error.contains("3 bands in the range are too few for 3 parameters; it takes 5"),
+        "{error}"
+    );
     for (option, value, says) in [
         ("--prior", "moisture=0.2", "there is no parameter"),
         ("--prior", "cover=2+-0.1", "is not within"),

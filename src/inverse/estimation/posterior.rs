@@ -193,7 +193,7 @@ impl Fitting<'_> {
         x: &DVector<f64>,
         grid: &[GridPoint],
         (known, weighed): (DMatrix<f64>, Vec<f64>),
-        (minima, converged): (usize, bool),
+        (other, converged): (Option<Vec<f64>>, bool),
     ) -> Estimation {
         let best = self.all(x);
         let um = &self.observed.um;
@@ -238,7 +238,7 @@ impl Fitting<'_> {
             averaging,
             known,
             chi_square,
-            minima,
+            other,
             converged,
             weighed,
             narrower,
