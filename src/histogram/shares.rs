@@ -86,7 +86,9 @@ impl Shares {
             ends.push(of_states.len() as u32);
         }
         let mut powers = vec![(0, 0); places.len()];
-        places.into_iter().for_each(|(power, place)| powers[place as usize] = power);
+        for (power, place) in places {
+            powers[place as usize] = power;
+        }
         Self { powers, of_states, ends, shares }
     }
 
