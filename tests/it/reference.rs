@@ -271,7 +271,7 @@ const PROMISES: &[(&str, &str, &str)] = &[
     ),
     (
         "The manifest of the cache names plain files of its own folder",
-        "src/support/cache.rs",
+        "src/support/cache/tests.rs",
         "a_manifest_names_plain_files_of_its_own_folder",
     ),
     (

@@ -253,7 +253,7 @@ fn is_percent(plain: &str, tokens: &[Token], anywhere: bool) -> bool {
     let squeezed: String = plain.chars().filter(|c| !" ([,:-_".contains(*c)).collect();
     let quantity = [&EMISSIVITY[..], &REFLECTANCE].concat();
     let words = tokens.iter().map(|token| token.word).filter(|word| starts(word, &quantity));
-    BTreeSet::from_iter(words).into_iter().any(|word| {
+    words.collect::<BTreeSet<_>>().into_iter().any(|word| {
         ["%", "percent", "pct", "inpercent", "in%"].iter().any(|percent| {
             squeezed.contains(&format!("{word}{percent}"))
                 || squeezed.contains(&format!("{percent}{word}"))
