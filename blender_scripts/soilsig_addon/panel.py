@@ -51,7 +51,7 @@ class StartPanel(_Section, bpy.types.Panel):
         part.active = settings.own_threshold
         part.prop(settings, "threshold")
         column.prop(settings, "hollows")
-        column.prop(settings, "tilted")
+        column.prop(settings, "tilted", text="Tilted")
         if settings.tilted:
             column.prop(settings, "tilt")
         column.operator(start.FromSilhouette.bl_idname, icon="OUTLINER_DATA_CURVE")

@@ -112,23 +112,23 @@ def buttons():
     press("Home")
     yield from done("image", um_per_pixel=settings().um_per_pixel)
 
-    yield from until(lambda: is_grain(active()), lambda: click(960, 442))
+    yield from until(lambda: is_grain(active()), lambda: click(960, 484))
     made = json.loads(active().soilsig.made_from)
     yield from done("traced", overlap=made["overlap"], solidity=made["solidity"])
 
     grain = active()
     long = max(grain.dimensions)
-    yield from until(lambda: abs(max(grain.dimensions) / long - 1) > 0.1, lambda: click(960, 585))
+    yield from until(lambda: abs(max(grain.dimensions) / long - 1) > 0.1, lambda: click(960, 627))
     yield from done("normalised")
-    yield from until(lambda: "closed" in grain.soilsig.report, lambda: click(890, 611))
+    yield from until(lambda: "closed" in grain.soilsig.report, lambda: click(890, 653))
     yield from done("checked", report=grain.soilsig.report)
 
     # Without the report the buttons below stand where they are looked for.
     grain.soilsig.report = ""
     yield 3.0
-    yield from until(lambda: fines() is not None, lambda: click(883, 754))
+    yield from until(lambda: fines() is not None, lambda: click(883, 796))
     first = len(fines().data.vertices)
-    yield from until(lambda: settings().fines_count == 400, lambda: type_into(930, 728, "400"))
+    yield from until(lambda: settings().fines_count == 400, lambda: type_into(930, 770, "400"))
     yield from until(lambda: len(fines().data.vertices) > first)
     yield from done("dressed", cover=bpy.context.scene["soilsig_cover"])
     press("ctrl+z")
@@ -143,11 +143,11 @@ def buttons():
     bpy.context.view_layer.objects.active = bpy.data.objects["sem"]
     yield 3.0
     library = settings().library
-    yield from until(lambda: os.path.isfile(f"{library}/sem.json"), lambda: click(940, 846))
+    yield from until(lambda: os.path.isfile(f"{library}/sem.json"), lambda: click(940, 888))
     call(bpy.ops.soilsig.export_scene, filepath=f"{library}/bed.json", check_existing=False)
     settings().handful = 8
     beds = bpy.data.collections
-    yield from until(lambda: "Soilsig bed" in beds, lambda: click(983, 910), tries=1)
+    yield from until(lambda: "Soilsig bed" in beds, lambda: click(983, 952), tries=1)
     for o in bpy.context.selected_objects:
         o.select_set(False)
     for o in beds["Soilsig bed"].objects:
@@ -182,7 +182,7 @@ def refused():
     yield 2.0
     before = kept_grain()
     yield from until(
-        lambda: "passes through itself" in grain.soilsig.report, lambda: click(890, 611)
+        lambda: "passes through itself" in grain.soilsig.report, lambda: click(890, 653)
     )
     yield 1.0
     with bpy.context.temp_override(**view()):
