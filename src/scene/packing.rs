@@ -373,8 +373,7 @@ mod tests {
             ("grain_640", "subangular"),
             ("grain_853", "worn"),
         ] {
-            let stretched =
-                |like: &str| json!({"elongation": 0.5, "flatness": 0.5, "like": like});
+            let stretched = |like: &str| json!({"elongation": 0.5, "flatness": 0.5, "like": like});
             for (given, written) in
                 [(json!(earlier), json!(name)), (stretched(earlier), stretched(name))]
             {

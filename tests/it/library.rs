@@ -107,7 +107,8 @@ fn the_check_names_what_is_wrong_with_a_grain_and_where() {
 fn a_library_with_the_earlier_names_of_shapes_is_read() {
     let place = Place::new();
     let folder = place.path("grains");
-    let earlier = json!({"soilsig_grain": 1, "size_class": "grain_640", "diameter_um": diameter_um()});
+    let earlier =
+        json!({"soilsig_grain": 1, "size_class": "grain_640", "diameter_um": diameter_um()});
     put(&folder, "stone", &octahedron(0.0), &earlier);
     let (said, _) = place.run(&CHECK, 0);
     assert!(said.starts_with("stone: subangular, "), "{said}");
