@@ -79,7 +79,7 @@ class FormPanel(_Section, bpy.types.Panel):
                 for line in textwrap.wrap(words, _WIDTH):
                     box.label(text=line)
         if o:
-            layout.prop(o.soilsig, "size_class")
+            layout.prop(o.soilsig, "size_class", text="Shape")
 
 
 class FinesPanel(_Section, bpy.types.Panel):

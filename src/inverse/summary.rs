@@ -208,9 +208,12 @@ pub fn warnings(result: &Match, observed: &Observed, found: &Estimation) -> Vec<
     if answer.effective_draws < DRAWN {
         warnings.push(Warning::FewDraws { effective: answer.effective_draws });
     }
-    // A minimum whose fit is much worse is no answer.
-    let as_good = |other: &&OtherMinimum| other.rms < AS_GOOD * answer.rms;
-    if let Some(other) = answer.other_minimum.as_ref().filter(as_good) {
+    // A minimum whose fit is much worse is no answer, and the errors hold one within the interval.
+    let [low, high] = answer.parameters[COVER].interval_95;
+    let is_other = |other: &&OtherMinimum| {
+        other.rms < AS_GOOD * answer.rms && !(low..=high).contains(&other.parameters[COVER])
+    };
+    if let Some(other) = answer.other_minimum.as_ref().filter(is_other) {
         warnings.push(Warning::SeveralMinima { cover: other.parameters[COVER], rms: other.rms });
     }
     if let Some(linear) = result.linear.last().filter(|linear| linear.rms < answer.rms) {

@@ -135,7 +135,7 @@ impl fmt::Display for Warning {
             ),
             Self::SeveralMinima { cover, rms } => write!(
                 f,
-                "a cover of {cover:.2} fits nearly as well (RMS {rms:.3}): the errors may not hold it"
+                "a cover of {cover:.2} fits nearly as well (RMS {rms:.3}): the errors do not hold it"
             ),
             Self::FewDraws { effective } => write!(
                 f,
