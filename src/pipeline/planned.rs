@@ -1,6 +1,7 @@
 //! A planned run: beds until the total is within the tolerance.
 
 use super::bring::{Kept, Lot};
+use super::results::Pictures;
 use super::{Bed, Run};
 use crate::beds::Failed;
 use crate::beds::own_grains::OwnGrains;
@@ -29,13 +30,8 @@ pub(super) struct Dropped {
     pub(super) plan: Option<Plan>,
     /// Why Blender refused beds for which others stand.
     pub(super) refused: Vec<String>,
-}
-
-impl Dropped {
-    /// Of a run whose number of beds was given.
-    pub(super) fn of(beds: Vec<Bed>, tables: Vec<Table>) -> Self {
-        Self { beds, tables, plan: None, refused: Vec::new() }
-    }
+    /// The pictures of the first bed, if they were drawn meanwhile.
+    pub(super) pictures: Option<Pictures>,
 }
 
 /// Of so many beds one may be refused, and another stands for it. Of more the recipe is at fault.
@@ -62,15 +58,16 @@ impl Run<'_> {
         loop {
             let begun = self.folder.record.stages.len();
             chosen.grow(now);
-            let mut beds = self.drop_chosen(prepared, packing, library, &mut chosen)?;
-            let tables = self.trace(&mut beds, true)?;
+            let beds = self.drop_chosen(prepared, packing, library, &mut chosen)?;
+            let tables = self.trace(&beds, true)?;
             let plan = self.plan_of(&tables, &prepared.wavelengths_um, keeps_apart)?;
             let told = report::plan(&plan, tolerance);
             if plan.is_done() {
                 if now.drops > 1 {
                     self.folder.monitor.say(&format!("plan: {told}"));
                 }
-                return Ok(Dropped { beds, tables, plan: Some(plan), refused: chosen.refused });
+                let refused = chosen.refused;
+                return Ok(Dropped { beds, tables, plan: Some(plan), refused, pictures: None });
             }
             self.clock(&mut pace, begun, rounds(before, now));
             let time = report::duration((pace.drop + pace.trace) * rounds(now, plan.next));

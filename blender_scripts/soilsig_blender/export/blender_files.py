@@ -16,6 +16,8 @@ _METRES = _UNIT_UM * 1e-6
 
 def write_blend(path, materials, prototypes, drop, packing):
     _Bed(materials, prototypes, drop, packing)
+    # Else Blender leaves a small picture of each file in the user's home.
+    bpy.context.preferences.filepaths.file_preview_type = "NONE"
     bpy.ops.wm.save_as_mainfile(
         filepath=path, copy=True, check_existing=False, relative_remap=False, compress=False
     )

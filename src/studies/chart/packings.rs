@@ -29,6 +29,8 @@ const REFERENCE_SEED: u64 = 1 << 40;
 const MOST: usize = 8;
 /// The same for some of the cheap levels.
 const SOME: usize = 4;
+/// The same for beds as given, of which there are most where beds are in levels.
+const GIVEN: usize = 16;
 
 /// How the beds of a chart are made.
 pub struct Maker<'a> {
@@ -117,7 +119,7 @@ pub fn packings(
     };
     let mut settings = Vec::new();
     say("as given");
-    let given = maker.pool(&prepared, packing, beds(MOST), packing.seed, |_| ())?;
+    let given = maker.pool(&prepared, packing, beds(GIVEN), packing.seed, |_| ())?;
     settings.extend(given.settings("as given", &bands, &reference));
     for (level, most, change) in LEVELS {
         say(level);
@@ -164,30 +166,33 @@ fn in_levels(
     reference: &Reference,
 ) -> Vec<Setting> {
     let (hulls, touch) = (of_each(given, bands), of_each(touching, bands));
-    let beds = hulls.len().min(touch.len());
-    let numbers = (1..).map(|pairs| FOR_A_PAIR << (pairs - 1));
-    let numbers = numbers.take_while(|number| beds / number >= REPEATS);
-    let of_number = |number: usize| {
-        let (n, m) = (number as f64, (number / FOR_A_PAIR) as f64);
+    let runs_of = |pairs: usize| (hulls.len() / (FOR_A_PAIR * pairs)).min(touch.len() / pairs);
+    let pairs = (0..).map(|power| 1 << power).take_while(|&pairs| runs_of(pairs) >= REPEATS);
+    let of_pairs = |pairs: usize| {
+        let (runs, drops) = (runs_of(pairs), FOR_A_PAIR * pairs);
+        let (n, m) = (drops as f64, pairs as f64);
         let cost = |a: f64, b: f64| n * a + m * b;
         let took = Took {
             wall_s: cost(given.each.wall_s, touching.each.wall_s),
             cpu_s: cost(given.each.cpu_s, touching.each.cpu_s),
         };
-        let run = |first: usize| {
+        // The first drops are there in both states: each run has its share of them.
+        let run = |run: usize| {
+            let paired = run * pairs..(run + 1) * pairs;
+            let alone =
+                runs * pairs + run * (drops - pairs)..runs * pairs + (run + 1) * (drops - pairs);
             let of = |band: usize| {
-                let all: f64 = (first..first + number).map(|i| hulls[i][band]).sum();
-                let pairs = first..first + number / FOR_A_PAIR;
-                let change: f64 = pairs.map(|i| touch[i][band] - hulls[i][band]).sum();
+                let all: f64 = paired.clone().chain(alone.clone()).map(|i| hulls[i][band]).sum();
+                let change: f64 = paired.clone().map(|i| touch[i][band] - hulls[i][band]).sum();
                 all / n + change / m
             };
             Run { took, emissivity: (0..bands.len()).map(of).collect() }
         };
-        let runs: Vec<Run> = (0..beds / number).map(|run_of| run(run_of * number)).collect();
-        let pairs = number / FOR_A_PAIR;
-        Setting::of("in levels", format!("{number} beds, {pairs} in pairs"), &runs, reference)
+        let runs: Vec<Run> = (0..runs).map(run).collect();
+        let pairs = if pairs == 1 { "1 a pair".into() } else { format!("{pairs} pairs") };
+        Setting::of("in levels", format!("{drops} beds, {pairs}"), &runs, reference)
     };
-    numbers.map(of_number).collect()
+    pairs.map(of_pairs).collect()
 }
 
 impl Pool {

@@ -12,6 +12,7 @@ use crate::studies::chart::{Setting, Trade};
 use crate::support::statistics::quantile_of;
 
 const NOTE_SIZE: f64 = 11.0;
+const GREY: &str = "#777777";
 const BESIDE: &str = "Squares: measured elsewhere, each level against its own reference. Grey line \
                       and ring leave them out.";
 
@@ -36,10 +37,19 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
     let mut levels: Vec<(String, bool)> = trade.settings.iter().map(level).collect();
     let mut known = HashSet::new();
     levels.retain(|level| known.insert(level.clone()));
+    // Points that stand alone are grey and numbered: as many colours could not be told apart.
+    let of_level = |of: &(String, bool)| {
+        let of = of.clone();
+        trade.settings.iter().filter(move |s| level(s) == of)
+    };
+    let (singles, levels): (Vec<_>, Vec<_>) =
+        levels.into_iter().partition(|of| of_level(of).count() == 1);
+    let numbered: Vec<String> =
+        (1..).zip(&singles).map(|(number, (name, _))| format!("{number} {name}")).collect();
     let floor = trade.reference.worst_floor();
     let fewest = trade.settings.iter().map(|s| s.repeats).min().ok_or(PlotError::Empty)?;
     let target = tolerance / quantile_of(fewest as f64);
-    let beside = levels.iter().any(|(_, elsewhere)| *elsewhere);
+    let beside = levels.iter().chain(&singles).any(|(_, elsewhere)| *elsewhere);
     let caption = [
         format!(
             "Points: root mean square error in the worst band over at least {fewest} runs, against \
@@ -48,6 +58,7 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
              setting within ±{tolerance} at 95 %.",
             trade.reference.made_of
         ),
+        if singles.is_empty() { String::new() } else { format!("Grey: {}.", numbered.join(", ")) },
         if beside { BESIDE.to_owned() } else { String::new() },
         machine.to_owned(),
     ];
@@ -80,20 +91,31 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
 
     let front: Vec<Point> = trade.front().into_iter().map(at).collect();
     svg.line(&front, "stroke='#1a1a1a' stroke-width='5' stroke-opacity='0.13'");
+    let point = |svg: &mut Svg, setting: &Setting, colour: &str| {
+        let is_biased = setting.bias > 0.5 * setting.rms;
+        let fill = if is_biased { "#ffffff" } else { colour };
+        let style = format!("fill='{fill}' stroke='{colour}' stroke-width='1.4'");
+        let (px, py) = at(setting);
+        if setting.elsewhere.is_some() {
+            svg.rectangle((px - 3.6, py - 3.6), (7.2, 7.2), &style);
+        } else {
+            svg.circle((px, py), 3.6, &style);
+        }
+    };
+    for (number, of) in (1..).zip(&singles) {
+        for setting in of_level(of) {
+            point(svg, setting, GREY);
+            let (px, py) = at(setting);
+            let ink = format!("fill='{GREY}'");
+            let place = (px + 6.0, py + 4.0);
+            svg.styled_text(place, Anchor::Start, NOTE_SIZE, &number.to_string(), &ink);
+        }
+    }
     for (number, of) in levels.iter().enumerate() {
         let pen = Pen::of(number);
-        let of_level = || trade.settings.iter().filter(|s| level(s) == *of);
-        svg.line(&of_level().map(at).collect::<Vec<_>>(), &pen.line());
-        for setting in of_level() {
-            let biased = setting.bias > 0.5 * setting.rms;
-            let fill = if biased { "#ffffff" } else { pen.colour };
-            let style = format!("fill='{fill}' stroke='{}' stroke-width='1.4'", pen.colour);
-            let (px, py) = at(setting);
-            if setting.elsewhere.is_some() {
-                svg.rectangle((px - 3.6, py - 3.6), (7.2, 7.2), &style);
-            } else {
-                svg.circle((px, py), 3.6, &style);
-            }
+        svg.line(&of_level(of).map(at).collect::<Vec<_>>(), &pen.line());
+        for setting in of_level(of) {
+            point(svg, setting, pen.colour);
         }
     }
     if let Some(chosen) = trade.chosen(tolerance) {
