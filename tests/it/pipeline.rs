@@ -8,7 +8,7 @@ use serde_json::Value;
 use soilsig::scene::Scene;
 
 use crate::support::{
-    Place, SmallBed, Tool, a_blender, real_blenders, shipped, tool, trace_file, with_script,
+    HOME, Place, SmallBed, Tool, a_blender, real_blenders, shipped, tool, trace_file, with_script,
 };
 
 /// A signature's columns, by heading.
@@ -155,6 +155,15 @@ fn a_second_run_does_not_start_blender() {
         assert_eq!(fs::read(bed.place.path("other/blender.log")).expect("copied"), bed.log);
         let other = run(&["--seed", "2", "--range", "8-9"]);
         assert!(!cached(&other)["drop"], "another seed is another bed");
+    }
+}
+
+#[test]
+fn nothing_is_left_in_the_users_home() {
+    for blender in real_blenders() {
+        let bed = SmallBed::of(&blender);
+        let left: Vec<_> = fs::read_dir(bed.place.path(HOME)).expect("a folder").collect();
+        assert!(left.is_empty(), "{left:?}");
     }
 }
 

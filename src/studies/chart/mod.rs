@@ -10,6 +10,7 @@ mod rows;
 mod svg;
 
 use std::fmt::Write as _;
+use std::ops::Add;
 use std::path::Path;
 use std::time::Instant;
 
@@ -35,6 +36,21 @@ pub struct Took {
     pub wall_s: f64,
     /// CPU time of all threads and all Blenders.
     pub cpu_s: f64,
+}
+
+impl Took {
+    /// That many times as long.
+    fn times(self, factor: f64) -> Self {
+        Self { wall_s: factor * self.wall_s, cpu_s: factor * self.cpu_s }
+    }
+}
+
+impl Add for Took {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { wall_s: self.wall_s + other.wall_s, cpu_s: self.cpu_s + other.cpu_s }
+    }
 }
 
 /// One run of a setting.

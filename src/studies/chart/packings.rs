@@ -19,8 +19,9 @@ use crate::support::scratch::Scratch;
 use crate::table::{Prepared, Table, TableMaterial, Target};
 use crate::tracer::trace::{self, Request};
 
-/// The tolerance of the rays of each bed: small compared with the spread between beds.
-const RAYS: f64 = 0.004;
+/// The tolerance of the rays of each bed, as in planned runs: small compared with what touching
+/// fines change.
+const RAYS: f64 = 0.0012;
 /// Beds of the reference.
 const REFERENCE: usize = 48;
 /// Seeds of the reference are not among those of the settings.
@@ -47,8 +48,10 @@ pub struct Maker<'a> {
 /// Beds of one recipe.
 struct Pool {
     tables: Vec<Table>,
-    /// Time for each of many.
-    each: Took,
+    /// Time for each of many, to drop it.
+    drop: Took,
+    /// The same to trace it.
+    trace: Took,
 }
 
 /// A level: its name, the most beds in a mean, its change of the recipe.
@@ -120,7 +123,11 @@ pub fn packings(
     let mut settings = Vec::new();
     say("as given");
     let given = maker.pool(&prepared, packing, beds(GIVEN), packing.seed, |_| ())?;
-    settings.extend(given.settings("as given", &bands, &reference));
+    let as_given = match packing.drop.collision {
+        Collision::Hull => "as given: hulls",
+        _ => "as given",
+    };
+    settings.extend(given.settings(as_given, &bands, &reference));
     for (level, most, change) in LEVELS {
         say(level);
         match maker.pool(&prepared, packing, beds(most), packing.seed, change) {
@@ -158,7 +165,7 @@ fn of_each(pool: &Pool, bands: &[Vec<f64>]) -> Vec<Vec<f64>> {
 }
 
 /// Beds as given, and of every fourth the change where its fines touch: the sum of levels of a
-/// planned run. The time is that of beds dropped apart, so it is a little too long.
+/// planned run.
 fn in_levels(
     given: &Pool,
     touching: &Pool,
@@ -171,11 +178,9 @@ fn in_levels(
     let of_pairs = |pairs: usize| {
         let (runs, drops) = (runs_of(pairs), FOR_A_PAIR * pairs);
         let (n, m) = (drops as f64, pairs as f64);
-        let cost = |a: f64, b: f64| n * a + m * b;
-        let took = Took {
-            wall_s: cost(given.each.wall_s, touching.each.wall_s),
-            cpu_s: cost(given.each.cpu_s, touching.each.cpu_s),
-        };
+        // Both states of a pair come from one drop, and both are traced.
+        let took = given.drop.times(n - m) + touching.drop.times(m);
+        let took = took + given.trace.times(n) + touching.trace.times(m);
         // The first drops are there in both states: each run has its share of them.
         let run = |run: usize| {
             let paired = run * pairs..(run + 1) * pairs;
@@ -190,7 +195,7 @@ fn in_levels(
         };
         let runs: Vec<Run> = (0..runs).map(run).collect();
         let pairs = if pairs == 1 { "1 a pair".into() } else { format!("{pairs} pairs") };
-        Setting::of("in levels", format!("{drops} beds, {pairs}"), &runs, reference)
+        Setting::of("hulls and pairs", format!("{drops} beds, {pairs}"), &runs, reference)
     };
     pairs.map(of_pairs).collect()
 }
@@ -203,7 +208,7 @@ impl Pool {
         let numbers = numbers.take_while(|number| of_each.len() / number >= REPEATS);
         let of_number = |number: usize| {
             let n = number as f64;
-            let took = Took { wall_s: self.each.wall_s * n, cpu_s: self.each.cpu_s * n };
+            let took = (self.drop + self.trace).times(n);
             let run = |group: &[Vec<f64>]| {
                 let mean = |band| group.iter().map(|bed| bed[band]).sum::<f64>() / n;
                 Run { took, emissivity: (0..bands.len()).map(mean).collect() }
@@ -261,17 +266,19 @@ impl Maker<'_> {
             time_limit: self.time_limit,
         };
         let step = Step::new(self.monitor, "drop");
-        let (tables, took) = timed(|| {
+        let (made, drop) = timed(|| {
             let log = |i: usize| folder.path().join(format!("{i}.log"));
-            let made = order.beds(&cache, &log, &step)?;
+            Ok(order.beds(&cache, &log, &step)?)
+        })?;
+        let (tables, trace) = timed(|| {
             made.par_iter()
                 .zip(&seeds)
                 .map(|(made, &seed)| self.traced(prepared, &made.folder.join("scene.json"), seed))
                 .collect::<Result<Vec<Table>, Error>>()
         })?;
         step.done(&format!("{beds} beds"));
-        let each = Took { wall_s: took.wall_s / beds as f64, cpu_s: took.cpu_s / beds as f64 };
-        Ok(Pool { tables, each })
+        let each = |took: Took| took.times(1.0 / beds as f64);
+        Ok(Pool { tables, drop: each(drop), trace: each(trace) })
     }
 
     /// Traces a bed with the materials and the view of the recipe's scene.

@@ -37,15 +37,16 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
     let mut levels: Vec<(String, bool)> = trade.settings.iter().map(level).collect();
     let mut known = HashSet::new();
     levels.retain(|level| known.insert(level.clone()));
-    // Points that stand alone are grey and numbered: as many colours could not be told apart.
+    // Points that stand alone are grey and have letters: as many colours could not be told apart.
     let of_level = |of: &(String, bool)| {
         let of = of.clone();
         trade.settings.iter().filter(move |s| level(s) == of)
     };
     let (singles, levels): (Vec<_>, Vec<_>) =
         levels.into_iter().partition(|of| of_level(of).count() == 1);
-    let numbered: Vec<String> =
-        (1..).zip(&singles).map(|(number, (name, _))| format!("{number} {name}")).collect();
+    let letters = || ('a'..='z').cycle();
+    let named: Vec<String> =
+        letters().zip(&singles).map(|(letter, (name, _))| format!("{letter} {name}")).collect();
     let floor = trade.reference.worst_floor();
     let fewest = trade.settings.iter().map(|s| s.repeats).min().ok_or(PlotError::Empty)?;
     let target = tolerance / quantile_of(fewest as f64);
@@ -54,11 +55,14 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
         format!(
             "Points: root mean square error in the worst band over at least {fewest} runs, against \
              {}. Hollow: more than half of the error over all bands is bias, which more paths or \
-             beds do not reduce. Grey line: no other setting is better in both. Ring: the cheapest \
-             setting within ±{tolerance} at 95 %.",
+             beds do not reduce. Grey line: no other setting is better in both.",
             trade.reference.made_of
         ),
-        if singles.is_empty() { String::new() } else { format!("Grey: {}.", numbered.join(", ")) },
+        match trade.chosen(tolerance) {
+            Some(_) => format!("Ring: the cheapest setting within ±{tolerance} at 95 %."),
+            None => String::new(),
+        },
+        if singles.is_empty() { String::new() } else { format!("Grey: {}.", named.join(", ")) },
         if beside { BESIDE.to_owned() } else { String::new() },
         machine.to_owned(),
     ];
@@ -102,13 +106,13 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
             svg.circle((px, py), 3.6, &style);
         }
     };
-    for (number, of) in (1..).zip(&singles) {
+    for (letter, of) in letters().zip(&singles) {
         for setting in of_level(of) {
             point(svg, setting, GREY);
             let (px, py) = at(setting);
             let ink = format!("fill='{GREY}'");
             let place = (px + 6.0, py + 4.0);
-            svg.styled_text(place, Anchor::Start, NOTE_SIZE, &number.to_string(), &ink);
+            svg.styled_text(place, Anchor::Start, NOTE_SIZE, &letter.to_string(), &ink);
         }
     }
     for (number, of) in levels.iter().enumerate() {

@@ -24,6 +24,9 @@ pub struct SmallBed {
     pub log: Vec<u8>,
 }
 
+/// The user's home of its two runs, empty before.
+pub const HOME: &str = "home";
+
 impl SmallBed {
     const ARGS: [&str; 5] = ["pipeline", "--out", "r", "--json", "--patch-obj"];
 
@@ -43,10 +46,12 @@ impl SmallBed {
         let wrapper = place.counted(blender);
         let mut starts = [0; 2];
         let mut log = Vec::new();
+        fs::create_dir(place.path(HOME)).expect("made");
         let scene = shipped("small.json");
         let records = [0, 1].map(|run| {
             let args = [&Self::ARGS[..], &["--scene", &scene]].concat();
-            let record = place.run_with(&wrapper, &args);
+            let mut command = place.soilsig_with(&wrapper, &args);
+            let record = Place::ended(command.env("HOME", place.path(HOME)), 0).0;
             starts[run] = place.starts();
             if run == 0 {
                 log = fs::read(place.path("r/blender.log")).expect("written");

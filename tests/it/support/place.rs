@@ -89,7 +89,8 @@ impl Place {
         Self::ended(&mut self.soilsig_with(blender, args), 0).0
     }
 
-    fn ended(command: &mut Command, status: i32) -> (String, String) {
+    /// Runs a command as [`Self::run`] does.
+    pub fn ended(command: &mut Command, status: i32) -> (String, String) {
         let Output { status: found, stdout, stderr } = command.output().expect("it runs");
         let [out, err] = [stdout, stderr].map(|bytes| String::from_utf8(bytes).expect("UTF-8"));
         assert_eq!(found.code(), Some(status), "{command:?}\n{out}\n{err}");
