@@ -58,10 +58,12 @@ impl Axis {
         }
         let powers = inside(1.0);
         let every = (powers.end() - powers.start()) / self.most_ticks as i64 + 1;
+        // Fewer than three powers would not tell a scale.
+        let labelled: &[i64] = if powers.clone().count() < 3 { &[1, 2, 5] } else { &[1] };
         let tick = |power: i64, digit: i64| {
-            let label = digit == 1 && power.rem_euclid(every) == 0;
+            let label = labelled.contains(&digit) && power.rem_euclid(every) == 0;
             let value = digit as f64 * 10f64.powi(power as i32);
-            (value, label.then(|| power_label(power as i32)))
+            (value, label.then(|| label_of(digit, power as i32)))
         };
         let ends = self.low - 1e-6..=self.high + 1e-6;
         (powers.start() - 1..=*powers.end())
@@ -73,11 +75,14 @@ impl Axis {
     }
 }
 
-fn power_label(power: i32) -> String {
+/// A digit times a power of ten.
+fn label_of(digit: i64, power: i32) -> String {
     match power {
-        0..=3 => 10_u32.pow(power as u32).to_string(),
-        -3..=-1 => 10f64.powi(power).to_string(),
-        _ => format!("1e{power}"),
+        0..=3 => (digit * 10_i64.pow(power as u32)).to_string(),
+        -3..=-1 => {
+            format!("{:.*}", power.unsigned_abs() as usize, digit as f64 * 10f64.powi(power))
+        }
+        _ => format!("{digit}e{power}"),
     }
 }
 
@@ -113,6 +118,7 @@ mod tests {
         let log = |low, high| labels(&Axis::log((low, high), (0.0, 100.0)));
         assert_eq!(log(-5.0, 0.0), ["1e-5", "1e-4", "0.001", "0.01", "0.1", "1"]);
         assert_eq!(log(-1.2, 11.0), ["1", "1000", "1e6", "1e9"]);
+        assert_eq!(log(-2.4, -0.9), ["0.005", "0.01", "0.02", "0.05", "0.1"]);
     }
 
     #[test]

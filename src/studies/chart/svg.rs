@@ -109,10 +109,9 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
     for (letter, of) in letters().zip(&singles) {
         for setting in of_level(of) {
             point(svg, setting, GREY);
-            let (px, py) = at(setting);
+            let place = beside_point(at(setting), trade.settings.iter().map(at));
             let ink = format!("fill='{GREY}'");
-            let place = (px + 6.0, py + 4.0);
-            svg.styled_text(place, Anchor::Start, NOTE_SIZE, &letter.to_string(), &ink);
+            svg.styled_text(place, Anchor::Middle, NOTE_SIZE, &letter.to_string(), &ink);
         }
     }
     for (number, of) in levels.iter().enumerate() {
@@ -132,6 +131,18 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
         note(svg, (from, py + 16.0), &text);
     }
     Ok(page.svg.finish())
+}
+
+/// Where a letter stands beside a point: on the side that is farthest from other points.
+fn beside_point((x, y): Point, others: impl Iterator<Item = Point> + Clone) -> Point {
+    let room = |&(left, down): &Point| {
+        let distance = |(px, py): Point| (px - x - left).hypot(py - y - down);
+        others.clone().filter(|&other| other != (x, y)).map(distance).fold(f64::INFINITY, f64::min)
+    };
+    let sides = [(9.0, 0.0), (-9.0, 0.0), (0.0, -10.0), (0.0, 10.0)];
+    let side = sides.into_iter().max_by(|a, b| room(a).total_cmp(&room(b)));
+    let (left, down) = side.expect("there are four");
+    (x + left, y + down + 4.0)
 }
 
 /// A note on a white ground.
