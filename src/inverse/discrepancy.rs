@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-use super::kernel::{self, Shape};
+use super::kernel::{self, Smoothness};
 
 /// The discrepancy of a model: a curve beyond what its parameters can make.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -15,7 +15,7 @@ pub struct Discrepancy {
     /// The length over which it is correlated, um.
     pub length_um: f64,
     /// How it changes over that length.
-    pub shape: Shape,
+    pub smoothness: Smoothness,
     /// Whether it grows with the depth of the features, 1 - emissivity; else it is the same in all
     /// bands.
     pub by_depth: bool,
@@ -33,29 +33,30 @@ const WITHOUT_FEATURES: f64 = 0.2;
 impl Discrepancy {
     /// All that are considered, each as likely beforehand.
     pub fn grid() -> Vec<Self> {
-        let shapes = [Shape::Rough, Shape::Smooth].map(|shape| [(shape, false), (shape, true)]);
-        let of = |(shape, by_depth): (Shape, bool)| {
+        let all = [Smoothness::Rough, Smoothness::Smooth]
+            .map(|smoothness| [(smoothness, false), (smoothness, true)]);
+        let of = |(smoothness, by_depth): (Smoothness, bool)| {
             LENGTHS_UM.into_iter().flat_map(move |length_um| {
                 DEVIATIONS.map(|standard_deviation| Self {
                     standard_deviation,
                     length_um,
-                    shape,
+                    smoothness,
                     by_depth,
                 })
             })
         };
-        shapes.into_iter().flatten().flat_map(of).collect()
+        all.into_iter().flatten().flat_map(of).collect()
     }
 
     /// The standard deviation in each band of a fitted curve.
     pub fn deviations(self, fitted: &[f64]) -> Vec<f64> {
-        let shape = if self.by_depth { depths(fitted) } else { vec![1.0; fitted.len()] };
-        shape.iter().map(|of| of * self.standard_deviation).collect()
+        let form = if self.by_depth { depths(fitted) } else { vec![1.0; fitted.len()] };
+        form.iter().map(|of| of * self.standard_deviation).collect()
     }
 
     /// The covariance of bands at wavelengths in um: what is known, and the discrepancy.
     pub fn with(self, known: &DMatrix<f64>, um: &[f64], fitted: &[f64]) -> DMatrix<f64> {
-        known + kernel::covariance(um, &self.deviations(fitted), self.length_um, self.shape)
+        known + kernel::covariance(um, &self.deviations(fitted), self.length_um, self.smoothness)
     }
 }
 
@@ -83,8 +84,8 @@ mod tests {
         let fitted = [1.0, 0.9, 0.7, 0.6, 0.8, 0.9, 0.95, 0.97, 0.98];
         let none = DMatrix::zeros(9, 9);
         for by_depth in [false, true] {
-            let (length_um, shape) = (0.4, Shape::Rough);
-            let of = Discrepancy { standard_deviation: 0.02, length_um, shape, by_depth };
+            let (length_um, smoothness) = (0.4, Smoothness::Rough);
+            let of = Discrepancy { standard_deviation: 0.02, length_um, smoothness, by_depth };
             let covariance = of.with(&none, &um, &fitted);
             assert!((covariance.trace() / 9.0 - 4e-4).abs() < 1e-12);
             let [flat, deep] = [0, 3].map(|i: usize| covariance[(i, i)].sqrt());

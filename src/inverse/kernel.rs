@@ -10,7 +10,7 @@ use crate::support::statistics::{NORMAL_95, quantile_of};
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-pub enum Shape {
+pub enum Smoothness {
     /// With one derivative: Matérn's correlation of order 3/2
     #[default]
     Rough,
@@ -18,7 +18,7 @@ pub enum Shape {
     Smooth,
 }
 
-impl Shape {
+impl Smoothness {
     /// The correlation at a distance, of curves that forget themselves over a length.
     pub fn correlation(self, distance: f64, length: f64) -> f64 {
         let scaled = distance.abs() / length;
@@ -37,9 +37,9 @@ pub fn covariance(
     um: &[f64],
     standard_deviation: &[f64],
     length_um: f64,
-    shape: Shape,
+    smoothness: Smoothness,
 ) -> DMatrix<f64> {
-    let of = |i: usize, j: usize| shape.correlation(um[i] - um[j], length_um);
+    let of = |i: usize, j: usize| smoothness.correlation(um[i] - um[j], length_um);
     let mut all = DMatrix::from_fn(um.len(), um.len(), of);
     for ((i, j), value) in indexed(um.len()).zip(all.iter_mut()) {
         *value *= standard_deviation[i] * standard_deviation[j];
@@ -111,12 +111,12 @@ mod tests {
     fn correlations_fall_from_one_and_are_positive_definite() {
         let um: Vec<f64> = (0..40).map(|i| 8.0 + 0.02 * f64::from(i)).collect();
         let at_length = [
-            (Shape::Rough, (1.0 + 3.0_f64.sqrt()) * math::exp(-3.0_f64.sqrt())),
-            (Shape::Smooth, math::exp(-0.5)),
+            (Smoothness::Rough, (1.0 + 3.0_f64.sqrt()) * math::exp(-3.0_f64.sqrt())),
+            (Smoothness::Smooth, math::exp(-0.5)),
         ];
-        for (shape, expected) in at_length {
-            assert!((shape.correlation(-0.3, 0.3) - expected).abs() < 1e-15);
-            let of = covariance(&um, &[2.0; 40], 0.3, shape);
+        for (smoothness, expected) in at_length {
+            assert!((smoothness.correlation(-0.3, 0.3) - expected).abs() < 1e-15);
+            let of = covariance(&um, &[2.0; 40], 0.3, smoothness);
             assert_eq!(of[(3, 3)], 4.0);
             assert!((of[(3, 18)] / 4.0 - expected).abs() < 1e-12);
             assert!((of + DMatrix::identity(40, 40) * 1e-10).cholesky().is_some());

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::estimation::{Evaluated, Model, Parameter};
-use super::kernel::{self, Shape};
+use super::kernel::{self, Smoothness};
 
 /// Length over which errors of the spectra are correlated, um.
 const LENGTH_UM: f64 = 0.2;
@@ -43,7 +43,7 @@ impl Model for Linear {
     fn covariance(&self, x: &[f64]) -> DMatrix<f64> {
         let of = |errors: &[f64], share: f64| {
             let off: Vec<f64> = errors.iter().map(|error| error * share * (1.0 - x[1])).collect();
-            kernel::covariance(&self.um, &off, LENGTH_UM, Shape::Rough)
+            kernel::covariance(&self.um, &off, LENGTH_UM, Smoothness::Rough)
         };
         of(&self.errors[0], x[0]) + of(&self.errors[1], 1.0 - x[0])
     }

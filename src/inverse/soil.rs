@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::estimation::{Evaluated, Model, Parameter};
-use super::kernel::{self, Shape};
+use super::kernel::{self, Smoothness};
 use super::thinning::Thinned;
 use crate::histogram::tally::CELLS;
 use crate::histogram::{Histogram, Shares};
@@ -366,7 +366,7 @@ impl Soil {
                     * self.errors[band][i]
             };
             let off: Vec<f64> = (0..n).into_par_iter().map(of).collect();
-            sum += kernel::covariance(&self.um, &off, SPECTRA_LENGTH_UM, Shape::Rough);
+            sum += kernel::covariance(&self.um, &off, SPECTRA_LENGTH_UM, Smoothness::Rough);
         }
         sum
     }

@@ -329,6 +329,8 @@ fn a_match_writes_its_files_and_gives_the_same_bytes_again() {
     assert!(off < 3.0 * number(&cover["standard_error"]), "{cover}");
     let schema = soilsig::cli::schema::of(soilsig::cli::schema::Format::Match);
     assert!(jsonschema::is_valid(&schema, &result));
+    let smoothness = &result["answer"]["discrepancy"]["smoothness"];
+    assert!(["rough", "smooth"].iter().any(|of| smoothness == of), "{smoothness}");
     for file in
         ["match.csv", "match.svg", "match.png", "posterior.svg", "posterior.png", "match.txt"]
     {
