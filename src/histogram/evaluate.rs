@@ -5,8 +5,8 @@
 
 use rayon::prelude::*;
 
+use super::kept::Kept;
 use super::mean::standard_error;
-use super::tally::Kept;
 use super::{Histogram, Mean, Sums};
 use crate::support::random::GROUPS;
 

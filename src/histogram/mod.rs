@@ -4,6 +4,7 @@
 
 pub mod estimate;
 mod evaluate;
+pub mod kept;
 mod mean;
 mod shares;
 pub mod tally;
@@ -13,7 +14,8 @@ mod tests;
 use serde::{Deserialize, Serialize};
 
 use crate::support::random::GROUPS;
-use tally::{CELLS, Counts, Kept, Outcomes, State, Tally};
+use kept::Kept;
+use tally::{CELLS, Counts, Outcomes, State, Tally};
 
 pub use estimate::Estimate;
 pub(crate) use evaluate::{Evaluator, LANES, Seen};

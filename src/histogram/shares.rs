@@ -178,7 +178,7 @@ fn hits(state: &[u16], lists: bool, kind: &dyn Fn(u16) -> u16) -> Vec<(u16, u16)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::histogram::tally::{Kept, PARTS};
+    use crate::histogram::kept::{Kept, PARTS};
 
     type States<'a> = &'a [(&'a [u16], i64)];
 

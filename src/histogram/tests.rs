@@ -1,4 +1,4 @@
-use super::tally::PARTS;
+use super::kept::PARTS;
 use super::*;
 use crate::support::statistics::{T_95, quantile_95};
 

@@ -9,7 +9,7 @@ use crate::beds::own_grains::OwnGrains;
 use crate::beds::{Order, Wanted};
 use crate::blender;
 use crate::geometry::ingest::Sources;
-use crate::histogram::tally::{COSINES, Kept};
+use crate::histogram::kept::{COSINES, Kept};
 use crate::pipeline::program;
 use crate::scene::{Cover, Packing, Scene, SceneGeometry, shipped};
 use crate::support::cache::{Cache, CacheError};

@@ -14,7 +14,7 @@ use super::radiance::{self, Radiance};
 use super::result::Fit;
 use super::soil::{self, MEDIUM, On, Role, Second, Soil};
 use super::{InverseError, Options, summary};
-use crate::histogram::tally::Kept;
+use crate::histogram::kept::Kept;
 use crate::spectrum::Spectrum;
 use crate::support::error::Error;
 use crate::table::TableMaterial;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Reached, duration};
-use crate::histogram::tally::Kept;
+use crate::histogram::kept::Kept;
 use crate::signature::plan::{Beds, Plan};
 use crate::spectrum::FacetSource;
 use crate::spectrum::features::{Extremum, Features};

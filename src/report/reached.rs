@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::Retrieval;
-use crate::histogram::tally::Kept;
+use crate::histogram::kept::Kept;
 use crate::scene::SoilShares;
 use crate::signature::Window;
 use crate::signature::budget::Share;

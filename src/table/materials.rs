@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::histogram::tally::Kept;
+use crate::histogram::kept::Kept;
 use crate::histogram::{Estimate, Histogram, Mean};
 use crate::scene::{Component, Constants, ConstantsFile, Inverted, Material, SpectrumSource};
 use crate::spectrum::format::{self, Reading};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::materials::{MaterialError, ResolveError, reflectances, specular};
 use super::{Nodes, TableMaterial};
-use crate::histogram::tally::{COSINES, Kept, ZENITHS};
+use crate::histogram::kept::{COSINES, Kept, ZENITHS};
 use crate::radiometry::air::{Air, air};
 use crate::scene::{Layers, Material, Scene, SpectrumSource};
 use crate::spectrum::Spectrum;

@@ -24,7 +24,8 @@ use rayon::prelude::*;
 
 use crate::geometry::Bed;
 use crate::geometry::ingest::Sources;
-use crate::histogram::tally::{CELLS, PARTS, Tally};
+use crate::histogram::kept::PARTS;
+use crate::histogram::tally::{CELLS, Tally};
 use crate::scene::Sides;
 use crate::support::error::Error;
 use crate::support::monitor::Interrupted;

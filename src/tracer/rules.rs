@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::geometry::to_sensor;
-use crate::histogram::tally::Kept;
+use crate::histogram::kept::Kept;
 use crate::scene::{Layers, Sun, View};
 use crate::support::random::Sampler;
 use crate::table::{Prepared, TableMaterial};

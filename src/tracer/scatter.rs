@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use crate::histogram::tally::PARTS;
+use crate::histogram::kept::PARTS;
 use crate::support::math;
 use crate::tracer::field::Ray;
 use crate::tracer::rules::Facet;

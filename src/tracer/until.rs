@@ -210,7 +210,7 @@ fn paths_needed(tally: &Tally, request: &Request) -> (u64, bool) {
 mod tests {
     use super::*;
     use crate::geometry::{Bed, Domain};
-    use crate::histogram::tally::Kept;
+    use crate::histogram::kept::Kept;
     use crate::scene::Sides;
     use crate::support::monitor::Unwatched;
     use crate::support::random::Sampler;

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use insta::assert_snapshot;
 use soilsig::geometry::ingest;
-use soilsig::histogram::tally::Kept;
+use soilsig::histogram::kept::Kept;
 use soilsig::scene::{Grid, Scene, Sides};
 use soilsig::support::error::Failure;
 use soilsig::support::monitor::Monitor;

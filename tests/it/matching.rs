@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 use serde_json::Value;
-use soilsig::histogram::tally::Kept;
+use soilsig::histogram::kept::Kept;
 use soilsig::inverse::beds::{self, Settled, Traced};
 use soilsig::inverse::estimation::{Fitting, Model, Observed, Parameter};
 use soilsig::inverse::facets::FacetModel;

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use serde_json::{Value, json};
-use soilsig::histogram::tally::Kept;
+use soilsig::histogram::kept::Kept;
 use soilsig::histogram::{Histogram, Mean};
 use soilsig::products::export::{self, To};
 use soilsig::scene::Scene;

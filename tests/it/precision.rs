@@ -5,7 +5,8 @@ use std::collections::HashSet;
 
 use glam::{DAffine3, DQuat, DVec3};
 use soilsig::geometry::{Bed, Domain, Mesh, Placement, ingest};
-use soilsig::histogram::tally::{Kept, Tally};
+use soilsig::histogram::kept::Kept;
+use soilsig::histogram::tally::Tally;
 use soilsig::scene::{Scene, Sides};
 use soilsig::support::random::{Purpose, Sampler};
 use soilsig::tracer::Tracer;

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::{f64, fs};
 
 use soilsig::histogram::Histogram;
-use soilsig::histogram::tally::Kept;
+use soilsig::histogram::kept::Kept;
 use soilsig::radiometry::planck;
 use soilsig::scene::{Grid, Scene};
 use soilsig::signature::{self, Band};

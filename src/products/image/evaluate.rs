@@ -1,7 +1,7 @@
 //! A pixel's histogram into its spectrum, in the bands of the image.
 
 use super::bands::Bands;
-use crate::histogram::tally::Kept;
+use crate::histogram::kept::Kept;
 use crate::histogram::{self, Histogram, LANES, Mean, Seen, Sums};
 use crate::radiometry::Lit;
 

@@ -5,7 +5,7 @@ mod image;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use crate::histogram::tally::ZENITHS;
+use crate::histogram::kept::ZENITHS;
 use crate::radiometry::{
     Assumed, Atmosphere, Columns, Measured, Method, Retrieved, SkyTable, Temperature,
     l_downwelling, masked_in_words, masked_um, planck, separate,

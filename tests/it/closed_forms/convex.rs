@@ -2,7 +2,8 @@
 
 use std::f64::consts::FRAC_PI_4;
 
-use soilsig::histogram::tally::{Kept, Tally};
+use soilsig::histogram::kept::Kept;
+use soilsig::histogram::tally::Tally;
 use soilsig::support::random::{Purpose, Sampler};
 use soilsig::tracer::Tracer;
 use soilsig::tracer::rules::{Facet, MOST_HITS, TracingRules};

@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 use soilsig::geometry::Bed;
-use soilsig::histogram::tally::{Kept, Tally};
+use soilsig::histogram::kept::Kept;
+use soilsig::histogram::tally::Tally;
 use soilsig::histogram::{Histogram, Mean, Sources};
 use soilsig::support::random::{Purpose, Sampler};
 use soilsig::tracer::Tracer;
