@@ -7,7 +7,7 @@ use crate::histogram::kept::Kept;
 use crate::scene::{Layers, Sun, View};
 use crate::support::random::Sampler;
 use crate::table::{Prepared, TableMaterial};
-use crate::tracer::light::Node;
+use crate::tracer::media::Node;
 
 /// Hits after which a path is given up, whatever its weight: two mirrors face to face would hold it
 /// for ever.
