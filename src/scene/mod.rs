@@ -7,7 +7,6 @@
 
 mod change;
 mod check;
-mod counts;
 mod geometry;
 mod grid;
 mod layers;
@@ -19,8 +18,6 @@ pub mod shipped;
 mod sizes;
 mod sky;
 mod soil;
-mod soil_check;
-mod soil_shares;
 mod source;
 
 use std::fs;
@@ -46,8 +43,10 @@ pub use placed::{Domain, Floor, Instance, Origin, Placed, Prototype, Sides, UpAx
 pub use sensor::{Noise, Optics, Sensor, SensorBands};
 pub use sizes::{Distribution, Lognormal, Sizes};
 pub use sky::{Sky, SkyPoint, SkyRadiance};
-pub use soil::{DustKind, DustOn, Soil, SoilComponent};
-pub use soil_shares::{ComponentShares, Dressed, DustShares, SizeClass, SoilShares};
+pub use soil::{
+    ComponentShares, Dressed, DustKind, DustOn, DustShares, SizeClass, Soil, SoilComponent,
+    SoilShares,
+};
 pub use source::{Component, Constants, ConstantsFile, Facets, Inverted, SpectrumSource};
 
 /// The format's version, the value of `soilsig_scene`.

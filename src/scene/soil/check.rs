@@ -1,9 +1,9 @@
 //! The bounds of a soil: what is refused, with its place and the remedy.
 
-use super::check::{Checked, at_most, need, positive, unique, within};
-use super::packing_check::{MOST, MOST_SEED};
-use super::soil::{DustKind, DustOn, MOST_G_CM3, Soil, SoilComponent};
-use super::{Material, known};
+use super::{DustKind, DustOn, MOST_G_CM3, Soil, SoilComponent};
+use crate::scene::check::{Checked, at_most, need, positive, unique, within};
+use crate::scene::packing_check::{MOST, MOST_SEED};
+use crate::scene::{Material, known};
 use crate::support::statistics::SHARES_ROUNDING;
 
 /// Longest name: size classes are called NAME-DIAMETER, their dressed grains NAME-DIAMETER_NUMBER.
@@ -15,7 +15,7 @@ fn at(key: &str) -> String {
 
 impl Soil {
     /// What is wrong with it, in a scene of these materials.
-    pub(super) fn check(&self, materials: &[Material]) -> Checked {
+    pub(in crate::scene) fn check(&self, materials: &[Material]) -> Checked {
         at_most(self.seed, MOST_SEED, &at("seed"))?;
         within(self.grains.unwrap_or(1), 1..=MOST, &at("grains"))?;
         let porosity = self.porosity.unwrap_or(0.5);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::packing::Packing;
+use crate::scene::packing::Packing;
 
 /// The shares of a soil: asked for, and attained by its bed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
