@@ -8,6 +8,7 @@ pub mod points;
 pub mod record;
 mod results;
 pub mod study;
+mod study_check;
 mod work;
 
 use std::path::{Path, PathBuf};
