@@ -1,5 +1,6 @@
 //! Beds at many points: a study file, the work in batches, and its results.
 
+mod batch;
 mod bed;
 mod charts;
 mod netcdf;

@@ -1,8 +1,9 @@
-//! The beds of a study, dropped and traced in batches on all cores.
+//! The beds of a study: what they need, and their batches on all cores.
 
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, VecDeque};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
@@ -11,24 +12,18 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use super::Options;
-use super::bed::{BEDS, Bed, FAILED, FailedBed, SIGNATURE, failure, failure_of, folder_of};
+use super::bed::{BEDS, Bed, FAILED, failure, folder_of};
 use super::points::Points;
-use super::study::{Keep, Study};
+use super::study::Study;
 use crate::beds::own_grains::OwnGrains;
-use crate::beds::{Failed, Order, Wanted};
+use crate::beds::{Order, Wanted};
 use crate::blender::Blender;
-use crate::pipeline::{self, Bed as Traced, TABLE};
-use crate::radiometry::Assumed;
+use crate::pipeline;
 use crate::scene::{Packing, Scene, SceneGeometry};
-use crate::signature;
-use crate::signature::budget::Budget;
-use crate::support::cache::Made;
-use crate::support::error::{Error, Status};
-use crate::support::monitor::{Interrupted, Silently, Step};
-use crate::support::output::{self, OutputError};
-use crate::support::scratch::{self, Scratch};
-use crate::table::{Prepared, Table, Target};
-use crate::tracer::trace::Request;
+use crate::support::error::Error;
+use crate::support::monitor::{Interrupted, Step};
+use crate::support::output;
+use crate::table::{Prepared, Target};
 
 /// Beds that one Blender drops: at most so many, since their tables are made when all are dropped;
 /// at least so many, since a start of Blender takes as long as a small bed.
@@ -36,11 +31,11 @@ const OF_BATCH: [usize; 2] = [4, 32];
 
 /// The work on a study.
 pub(super) struct Work<'a> {
-    options: &'a Options<'a>,
-    study: &'a Study,
-    points: &'a Points,
+    pub(super) options: &'a Options<'a>,
+    pub(super) study: &'a Study,
+    pub(super) points: &'a Points,
     blender: Option<&'a Blender>,
-    target: Target,
+    pub(super) target: Target,
     /// Scenes whose materials and sky are alike have theirs in common.
     prepared: BTreeMap<String, Prepared>,
     /// Grains of the user's own, by folder and names.
@@ -53,7 +48,7 @@ pub(super) struct Work<'a> {
 }
 
 /// A recipe's part of a scene.
-fn recipe(scene: &Scene) -> Option<&Packing> {
+pub(super) fn recipe(scene: &Scene) -> Option<&Packing> {
     match &scene.geometry {
         SceneGeometry::Packing(packing) => Some(packing),
         SceneGeometry::Placed(_) => None,
@@ -129,44 +124,41 @@ impl<'a> Work<'a> {
     fn prepare(&mut self, scene: &Scene) -> Result<(), Error> {
         let light = of_light(scene);
         if !self.prepared.contains_key(&light) {
-            for file in scene.files().iter().flat_map(|file| crate::spectrum::format::files(file)) {
-                let sum = output::sha256_hex(&file)?;
-                self.files.insert(file, sum);
-            }
+            let files = scene.files();
+            self.sum(files.iter().flat_map(|file| crate::spectrum::format::files(file)))?;
             let prepared = Prepared::new(scene.clone(), &self.study.bands.wavelengths_um())?;
             self.prepared.insert(light, prepared);
         }
         let Some(packing) = recipe(scene) else {
             let sources = crate::geometry::ingest::Sources::read(scene)?;
-            for file in sources
-                .files()
-                .keys()
-                .filter(|file| !self.files.contains_key(*file))
-                .cloned()
-                .collect::<Vec<_>>()
-            {
-                let sum = output::sha256_hex(&file)?;
-                self.files.insert(file, sum);
-            }
+            self.sum(sources.files().keys().cloned())?;
             return Ok(());
         };
         let library = of_library(packing);
         if !self.own_grains.contains_key(&library) {
             let own_grains = OwnGrains::of(packing, scene.folder())?;
-            for file in own_grains.iter().flat_map(OwnGrains::files) {
-                let sum = output::sha256_hex(&file)?;
-                self.files.insert(file, sum);
-            }
+            self.sum(own_grains.iter().flat_map(OwnGrains::files))?;
             self.own_grains.insert(library, own_grains);
         }
         Ok(())
     }
 
-    fn prepared(&self, scene: Scene) -> Prepared {
+    /// Takes the SHA-256 of files that are not known yet.
+    fn sum(&mut self, files: impl Iterator<Item = PathBuf>) -> Result<(), Error> {
+        for file in files {
+            if let Entry::Vacant(new) = self.files.entry(file) {
+                let sum = output::sha256_hex(new.key())?;
+                new.insert(sum);
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn prepared(&self, scene: Scene) -> Prepared {
         self.prepared[&of_light(&scene)].with(scene)
     }
 
-    fn order<'b>(&'b self, scenes: impl Iterator<Item = &'b Scene>) -> Order<'b> {
+    pub(super) fn order<'b>(&'b self, scenes: impl Iterator<Item = &'b Scene>) -> Order<'b> {
         let wanted = |scene: &'b Scene| {
             let packing = recipe(scene).expect("recipes are dropped").clone();
             let own_grains = self.own_grains[&of_library(&packing)].as_ref();
@@ -288,149 +280,4 @@ impl<'a> Work<'a> {
         let batch: Vec<_> = queue.drain(..number).collect();
         (!batch.is_empty()).then_some(batch)
     }
-
-    /// Drops some beds in one Blender, and traces all that depend on them.
-    fn batch(&self, mut drops: Vec<Vec<usize>>, tell: &dyn Fn(bool)) -> Result<(), Error> {
-        let scene_of = |bed: usize| {
-            let Bed { point, seed, .. } = self.beds[bed];
-            self.points.scene(point, seed)
-        };
-        let mut made: Vec<Option<Made>> = Vec::new();
-        let mut settled = Vec::new();
-        let is_recipe = recipe(&scene_of(drops[0][0])?).is_some();
-        while is_recipe && !drops.is_empty() {
-            let scenes: Vec<Scene> =
-                drops.iter().map(|drop| scene_of(drop[0])).collect::<Result<_, _>>()?;
-            let order = self.order(scenes.iter());
-            let silent = Silently(self.options.monitor);
-            // It stays where one of the beds fails, and is named in its reason.
-            let name = format!("{}.log", self.beds[drops[0][0]].id);
-            let log = |_| self.options.out.join(FAILED).join(&name);
-            let dropped = order.beds(self.options.cache, &log, &Step::new(&silent, "drop"));
-            let found = match dropped {
-                Ok(found) => found.into_iter().map(Some).collect(),
-                Err(Failed { error, .. }) if is_of_all(&error) => return Err(error),
-                Err(Failed { error, .. }) => {
-                    let found = order.found(self.options.cache)?;
-                    let Some(at) = found.iter().position(Option::is_none) else { continue };
-                    for bed in drops.remove(at) {
-                        self.fail(&self.beds[bed], &error)?;
-                        tell(true);
-                    }
-                    // Those before it are settled; the others are tried again.
-                    let rest = drops.split_off(at);
-                    let found = found.into_iter().take(at).collect::<Vec<_>>();
-                    made.extend(found);
-                    settled.append(&mut drops);
-                    drops = rest;
-                    continue;
-                }
-            };
-            made.extend::<Vec<_>>(found);
-            settled.append(&mut drops);
-        }
-        if !is_recipe {
-            made = drops.iter().map(|_| None).collect();
-            settled = drops;
-        }
-        for (drop, made) in settled.iter().zip(&made) {
-            for &bed in drop {
-                self.options.monitor.check()?;
-                let scene = scene_of(bed)?;
-                match self.trace(&self.beds[bed], scene, made.as_ref()) {
-                    Ok(()) => tell(false),
-                    Err(error) if is_of_all(&error) => return Err(error),
-                    Err(error) => {
-                        self.fail(&self.beds[bed], &error)?;
-                        tell(true);
-                    }
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Traces a bed, and puts what is kept of it into its place.
-    fn trace(&self, bed: &Bed, scene: Scene, made: Option<&Made>) -> Result<(), Error> {
-        let Options { out, cache, monitor, .. } = *self.options;
-        let work = Scratch::temporary()?;
-        let copied = |from: &Path, name: &str| {
-            let to = work.path().join(name);
-            fs::copy(from, &to).map_err(|source| OutputError { path: to, source })?;
-            Ok(())
-        };
-        let mut prepared = self.prepared(scene);
-        if let Some(made) = made {
-            let recipe = recipe(&prepared.scene).expect("it was dropped").clone();
-            for file in made.files.iter().filter(|file| *file != SCENE) {
-                copied(&made.folder.join(file), file)?;
-            }
-            let origin = recipe.origin();
-            let settled = pipeline::Settled { made, file: SCENE, origin, drop: None, number: 0 };
-            let mut placed =
-                settled.placed(&prepared.scene, &mut |from, name| copied(from, name))?;
-            placed.file = work.path().join(SCENE);
-            output::scratch(&placed.file, pipeline::file_text(&placed))?;
-            prepared.scene = placed;
-        }
-        let (grid, silent) = (&self.study.bands, Silently(monitor));
-        let request = Request::new(grid, self.target);
-        let table = Traced::new(prepared).table(request, cache, &silent)?;
-        let new = scratch::beside(&out.join(BEDS))?;
-        let keep = |from: &Path, name: &str| {
-            let to = new.path().join(name);
-            fs::copy(from, &to).map_err(|source| OutputError { path: to, source })
-        };
-        keep(&table.folder.join(TABLE), TABLE)?;
-        if self.study.keep >= Keep::Signatures {
-            let text = signature_text(&new.path().join(TABLE), &grid.wavelengths_um())?;
-            output::scratch(&new.path().join(SIGNATURE), text)?;
-        }
-        if self.study.keep >= Keep::Beds {
-            for name in output::list(work.path())?.iter().filter(|name| !name.starts_with('.')) {
-                keep(&work.path().join(name), name)?;
-            }
-        }
-        output::sync_all_in(new.path())?;
-        let place = out.join(folder_of(&bed.id));
-        output::folder(place.parent().expect("it is in a folder"))?;
-        match fs::rename(new.path(), &place) {
-            // Another process was first; its bed is the same.
-            Err(_) if place.is_dir() => {}
-            Err(source) => return Err(OutputError { path: place, source }.into()),
-            Ok(()) => {}
-        }
-        output::remove(&out.join(failure_of(&bed.id)))?;
-        Ok(())
-    }
-
-    fn fail(&self, bed: &Bed, error: &Error) -> Result<(), Error> {
-        // Paths below the results hold for whoever has these.
-        let out = format!("{}/", self.options.out.display());
-        let below = |text: String| text.replace(&out, "");
-        let failed = FailedBed {
-            status: error.status() as u8,
-            reason: below(error.to_string()),
-            hint: error.hint().map(below),
-        };
-        let text = serde_json::to_vec_pretty(&failed).expect("plain data");
-        Ok(output::bytes(&self.options.out.join(failure_of(&bed.id)), &text)?)
-    }
-}
-
-/// The scene file of a bed.
-const SCENE: &str = "scene.json";
-
-/// Whether an error is none of the bed: the next bed would meet it as well.
-fn is_of_all(error: &Error) -> bool {
-    use Status::{BlenderMissing, BlenderNumpy, BlenderVersion, Files, Interrupted, Usage};
-    [BlenderMissing, BlenderNumpy, BlenderVersion, Files, Interrupted, Usage]
-        .contains(&error.status())
-}
-
-fn signature_text(table: &Path, um: &[f64]) -> Result<String, Error> {
-    let tables = [Table::read(table)?];
-    let bands = signature::evaluate(&tables, um)?;
-    let budget = Budget::new(&tables, &bands)?;
-    Ok(signature::csv_text(&bands, &budget, tables[0].temperature(), Assumed::EXACT))
 }
