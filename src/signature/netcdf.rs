@@ -1,16 +1,13 @@
 //! A signature as NetCDF with the attributes of the CF conventions.
 
-use std::cell::RefCell;
-use std::io::{self, Cursor, Seek, SeekFrom, Write};
-use std::rc::Rc;
-
-use netcdf3::{DataSet, FileWriter, InvalidDataSet, Version, WriteError};
+use netcdf3::Version;
 
 use super::Band;
 use super::budget::Budget;
 use super::csv;
 use super::in_bands::{self, InBand};
 use crate::radiometry::{Assumed, Temperature};
+use crate::support::netcdf::{FILL, NetCdf, WAVELENGTH};
 use crate::table::Table;
 
 /// A variable of a signature, with its attributes.
@@ -72,8 +69,7 @@ pub fn variables(
     let ancillaries: Vec<String> = ancillaries.collect();
     let all = columns.into_iter().chain(parts).zip(ancillaries);
     all.map(|((name, long_name, values), ancillary_variables)| {
-        let unit = UNITS.iter().find(|(suffix, _)| name.ends_with(suffix));
-        let units = unit.map_or("1", |(_, unit)| unit);
+        let units = unit(&name);
         Variable { name, long_name, units, ancillary_variables, values }
     })
     .collect()
@@ -101,6 +97,15 @@ pub fn attributes(table: &Table) -> (Vec<(&'static str, String)>, Vec<(&'static 
     (texts, numbers)
 }
 
+/// A file with the attributes of a signature.
+fn begun(table: &Table) -> NetCdf {
+    let mut file = NetCdf::default();
+    let (texts, numbers) = attributes(table);
+    texts.iter().for_each(|(key, text)| file.text(key, text));
+    numbers.iter().for_each(|(key, number)| file.number(key, *number));
+    file
+}
+
 /// A signature as the bytes of a file. The wavelength is the dimension of its variables.
 pub fn bytes(
     table: &Table,
@@ -109,9 +114,25 @@ pub fn bytes(
     temperature: Temperature,
     assumed: Assumed,
 ) -> Vec<u8> {
-    let um: Vec<f64> = bands.iter().map(|band| band.wavelength_um).collect();
-    let variables = variables(bands, budget, temperature, assumed);
-    written(table, &um, &variables).expect("names and sizes are valid, and memory does not fail")
+    let mut file = begun(table);
+    file.dimension(WAVELENGTH, bands.len());
+    let um = bands.iter().map(|band| band.wavelength_um).collect();
+    let attributes = [
+        ("standard_name", "radiation_wavelength"),
+        ("long_name", "wavelength of the band"),
+        ("units", "um"),
+    ];
+    file.variable(WAVELENGTH, &[WAVELENGTH], &attributes, um);
+    for of in variables(bands, budget, temperature, assumed) {
+        let attributes = [("long_name", of.long_name), ("units", of.units)];
+        let values = of.values.iter().map(|value| value.unwrap_or(FILL)).collect();
+        file.variable(&of.name, &[WAVELENGTH], &attributes, values);
+        file.numbers(&of.name, "_FillValue", vec![FILL]);
+        if !of.ancillary_variables.is_empty() {
+            file.attribute(&of.name, "ancillary_variables", &of.ancillary_variables);
+        }
+    }
+    file.bytes(Version::Classic)
 }
 
 /// A name without its unit.
@@ -122,163 +143,37 @@ fn stem(name: &str) -> &str {
 /// Endings of names and their units.
 const UNITS: [(&str, &str); 2] = [("_w_m2_sr_um", "W m-2 sr-1 um-1"), ("_k", "K")];
 
-/// What cannot be written.
-#[derive(Debug)]
-#[expect(dead_code, reason = "shown when a promise of this crate is broken")]
-pub(crate) enum Failed {
-    Define(InvalidDataSet),
-    Write(WriteError),
-}
-
-impl From<InvalidDataSet> for Failed {
-    fn from(error: InvalidDataSet) -> Self {
-        Self::Define(error)
-    }
-}
-
-impl From<WriteError> for Failed {
-    fn from(error: WriteError) -> Self {
-        Self::Write(error)
-    }
-}
-
-fn written(table: &Table, um: &[f64], variables: &[Variable]) -> Result<Vec<u8>, Failed> {
-    let mut set = DataSet::new();
-    set.add_fixed_dim(WAVELENGTH, um.len())?;
-    let (texts, numbers) = attributes(table);
-    for (key, text) in texts {
-        set.add_global_attr_string(key, &text)?;
-    }
-    for (key, number) in numbers {
-        set.add_global_attr_f64(key, vec![number])?;
-    }
-    set.add_var_f64(WAVELENGTH, &[WAVELENGTH])?;
-    set.add_var_attr_string(WAVELENGTH, "standard_name", "radiation_wavelength")?;
-    set.add_var_attr_string(WAVELENGTH, "long_name", "wavelength of the band")?;
-    set.add_var_attr_string(WAVELENGTH, "units", "um")?;
-    for Variable { name, long_name, units, ancillary_variables: errors, .. } in variables {
-        set.add_var_f64(name, &[WAVELENGTH])?;
-        set.add_var_attr_string(name, "long_name", long_name)?;
-        set.add_var_attr_string(name, "units", units)?;
-        set.add_var_attr_f64(name, "_FillValue", vec![FILL])?;
-        if !errors.is_empty() {
-            set.add_var_attr_string(name, "ancillary_variables", errors)?;
-        }
-    }
-    let memory = Memory::default();
-    {
-        let mut writer = FileWriter::open_seek_write("signature", Box::new(memory.clone()))?;
-        writer.set_def(&set, Version::Classic, 0)?;
-        writer.write_var_f64(WAVELENGTH, um)?;
-        for Variable { name, values, .. } in variables {
-            let values: Vec<f64> = values.iter().map(|value| value.unwrap_or(FILL)).collect();
-            writer.write_var_f64(name, &values)?;
-        }
-        writer.close()?;
-    }
-    Ok(memory.bytes())
+fn unit(name: &str) -> &'static str {
+    UNITS.iter().find(|(suffix, _)| name.ends_with(suffix)).map_or("1", |(_, unit)| unit)
 }
 
 /// What sensors see, as the bytes of a file. The band is the dimension of its variables; the names
 /// of sensor and band are coordinates.
 pub fn bytes_in_bands(table: &Table, seen: &[InBand]) -> Vec<u8> {
-    written_in_bands(table, seen).expect("names and sizes are valid, and memory does not fail")
-}
-
-fn written_in_bands(table: &Table, seen: &[InBand]) -> Result<Vec<u8>, Failed> {
-    const COORDINATES: &str = "sensor band_name centre_um";
-    let mut set = DataSet::new();
-    set.add_fixed_dim(BAND, seen.len())?;
-    let (texts, numbers) = attributes(table);
-    for (key, text) in texts {
-        set.add_global_attr_string(key, &text)?;
-    }
-    for (key, number) in numbers {
-        set.add_global_attr_f64(key, vec![number])?;
-    }
-    let names = [
-        ("sensor", "sensor_length", seen.iter().map(|band| &*band.sensor).collect::<Vec<_>>()),
-        ("band_name", "band_name_length", seen.iter().map(|band| &*band.band).collect()),
-    ];
-    for (name, length, words) in &names {
-        set.add_fixed_dim(length, words.iter().map(|word| word.len()).max().unwrap_or(0).max(1))?;
-        set.add_var_u8(name, &[BAND, length])?;
-    }
+    const BAND: &str = "band";
+    let mut file = begun(table);
+    file.dimension(BAND, seen.len());
+    let sensors: Vec<&str> = seen.iter().map(|band| &*band.sensor).collect();
+    let names: Vec<&str> = seen.iter().map(|band| &*band.band).collect();
+    file.words("sensor", [BAND, "sensor_length"], &sensors);
+    file.words("band_name", [BAND, "band_name_length"], &names);
     let values: Vec<_> = seen.iter().map(InBand::numbers).collect();
-    let column = |(i, &(name, meaning)): (usize, &(&'static str, &'static str))| {
-        let values = values.iter().map(|band| band[i].unwrap_or(FILL));
-        (name, meaning, values.collect::<Vec<f64>>())
-    };
-    let numbers = in_bands::COLUMNS.iter().skip(names.len()).enumerate().map(column);
-    let numbers: Vec<_> = numbers.collect();
-    for (name, meaning, _) in &numbers {
-        set.add_var_f64(name, &[BAND])?;
-        set.add_var_attr_string(name, "long_name", meaning.trim_end_matches('.'))?;
-        if *name == "centre_um" {
-            set.add_var_attr_string(name, "standard_name", "radiation_wavelength")?;
-            set.add_var_attr_string(name, "units", "um")?;
+    let numbers = &in_bands::COLUMNS[2..];
+    for (i, &(name, meaning)) in numbers.iter().enumerate() {
+        let values = values.iter().map(|band| band[i].unwrap_or(FILL)).collect();
+        file.variable(name, &[BAND], &[("long_name", meaning.trim_end_matches('.'))], values);
+        if name == "centre_um" {
+            file.attribute(name, "standard_name", "radiation_wavelength");
+            file.attribute(name, "units", "um");
             continue;
         }
-        let unit = UNITS.iter().find(|(suffix, _)| name.ends_with(suffix));
-        set.add_var_attr_string(name, "units", unit.map_or("1", |(_, unit)| unit))?;
-        set.add_var_attr_f64(name, "_FillValue", vec![FILL])?;
-        set.add_var_attr_string(name, "coordinates", COORDINATES)?;
+        file.attribute(name, "units", unit(name));
+        file.numbers(name, "_FillValue", vec![FILL]);
+        file.attribute(name, "coordinates", "sensor band_name centre_um");
         let error = format!("{}_half_width_95", stem(name));
-        if let Some((error, ..)) = numbers.iter().find(|(of, ..)| of.starts_with(&error)) {
-            set.add_var_attr_string(name, "ancillary_variables", error)?;
+        if let Some((error, _)) = numbers.iter().find(|(of, _)| of.starts_with(&error)) {
+            file.attribute(name, "ancillary_variables", error);
         }
     }
-    let memory = Memory::default();
-    {
-        let mut writer = FileWriter::open_seek_write("bands", Box::new(memory.clone()))?;
-        writer.set_def(&set, Version::Classic, 0)?;
-        for (name, length, words) in &names {
-            let width = set.dim_size(length).unwrap_or(1);
-            let padded = |word: &&str| {
-                let mut letters = word.as_bytes().to_vec();
-                letters.resize(width, 0);
-                letters
-            };
-            writer.write_var_u8(name, &words.iter().flat_map(padded).collect::<Vec<u8>>())?;
-        }
-        for (name, _, values) in &numbers {
-            writer.write_var_f64(name, values)?;
-        }
-        writer.close()?;
-    }
-    Ok(memory.bytes())
-}
-
-const BAND: &str = "band";
-
-pub(crate) const WAVELENGTH: &str = "wavelength";
-
-/// NetCDF's own value for what is missing. NaN is not equal to itself, which its writer needs.
-pub(crate) const FILL: f64 = 9.969_209_968_386_869e36;
-
-/// Bytes that outlive the writer.
-#[derive(Clone, Default)]
-pub(crate) struct Memory(Rc<RefCell<Cursor<Vec<u8>>>>);
-
-impl Memory {
-    /// What was written.
-    pub(crate) fn bytes(&self) -> Vec<u8> {
-        self.0.take().into_inner()
-    }
-}
-
-impl Write for Memory {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.borrow_mut().write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
-impl Seek for Memory {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.0.borrow_mut().seek(to)
-    }
+    file.bytes(Version::Classic)
 }

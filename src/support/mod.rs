@@ -10,6 +10,8 @@ pub mod linear;
 pub mod lock;
 pub mod math;
 pub mod monitor;
+#[cfg(feature = "netcdf")]
+pub(crate) mod netcdf;
 pub mod output;
 mod place;
 pub mod random;

@@ -2,14 +2,13 @@
 //!
 //! Lines are the unlimited dimension: so a file is written line by line and may exceed 2 GB.
 
-use std::cell::RefCell;
 use std::fs::File;
-use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
-use std::rc::Rc;
 
 use netcdf3::{DataSet, FileWriter, InvalidDataSet, Version, WriteError};
 
+use crate::support::netcdf::{Shared, VALID};
 use crate::support::output::{Beside, OutputError};
 
 /// The CF standard name of the radiance.
@@ -51,7 +50,7 @@ pub(super) const MAPS: [&str; 4] = ["material", "hits", "paths", "emissivity_sta
 
 /// The dimensions, variables and attributes of a file.
 pub(super) fn data_set(about: &About) -> DataSet {
-    define(about).expect("names and sizes are valid")
+    define(about).expect(VALID)
 }
 
 fn define(about: &About) -> Result<DataSet, InvalidDataSet> {
@@ -143,28 +142,8 @@ fn define(about: &About) -> Result<DataSet, InvalidDataSet> {
 pub(super) struct NetCdf<'a> {
     beside: Beside,
     writer: FileWriter<'a>,
-    buffer: Buffer,
-}
-
-/// A buffer that outlives the writer. The writer writes number by number, and would hide an error
-/// in the last flush.
-#[derive(Clone)]
-struct Buffer(Rc<RefCell<BufWriter<File>>>);
-
-impl Write for Buffer {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.borrow_mut().write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.0.borrow_mut().flush()
-    }
-}
-
-impl Seek for Buffer {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.0.borrow_mut().seek(to)
-    }
+    /// The writer writes number by number, and would hide an error in the last flush.
+    buffer: Shared<BufWriter<File>>,
 }
 
 impl<'a> NetCdf<'a> {
@@ -172,7 +151,7 @@ impl<'a> NetCdf<'a> {
     pub(super) fn new(path: &Path, set: &'a DataSet, about: &About) -> Result<Self, OutputError> {
         let beside = Beside::new(path)?;
         let out = BufWriter::with_capacity(1 << 20, beside.handle()?);
-        let buffer = Buffer(Rc::new(RefCell::new(out)));
+        let buffer = Shared::new(out);
         let begin = || -> Result<FileWriter<'a>, WriteError> {
             let mut writer = FileWriter::open_seek_write("image", Box::new(buffer.clone()))?;
             writer.set_def(set, Version::Offset64Bit, 0)?;
