@@ -4,7 +4,7 @@
 //! the windows of a result.
 
 use super::budget::Budget;
-use super::window::{Beds, Total, weights_of_cells};
+use super::window::{Beds, Window, weights_of_cells};
 use super::{Levels, curves, evaluate};
 use crate::radiometry::{brightness_temperature_k, planck, planck_derivative};
 use crate::spectrum::bands::{Band, Bands};
@@ -105,9 +105,10 @@ fn seen(packings: &[Table], bands: &Bands) -> Result<Vec<Seen>, Error> {
             let mean = |values: &dyn Fn(usize) -> f64| Some(over(factor, values));
             let widths =
                 |values: &dyn Fn(usize) -> f64| Some(over(&|node| factor(node).abs(), values));
-            Total::of([&mean, &widths], beds, &budget.bands).expect("all nodes are there")
+            let span = [weights[0].0, weights[weights.len() - 1].0].map(|node| um[node]);
+            Window::of(span, [&mean, &widths], beds, &budget.bands).expect("all nodes are there")
         };
-        let emissivity = total(&|_| 1.0);
+        let window = total(&|_| 1.0);
         let l_mean = over(&|_| 1.0, &|node| nodes[node].l_sensor().mean);
         // What a change of the emissivity does to the radiance at the sensor.
         let contrast = |node: usize| {
@@ -122,7 +123,7 @@ fn seen(packings: &[Table], bands: &Bands) -> Result<Vec<Seen>, Error> {
         let centre_um = at(&|um| um);
         let brightness = temperature(centre_um, l_mean, &at);
         Seen {
-            emissivity: [emissivity.mean, emissivity.half_width_95],
+            emissivity: [window.emissivity, window.half_width_95],
             l_sensor: [l_mean, l_half_width],
             brightness_temperature_k: brightness
                 .map(|k| [k, l_half_width / at(&|um| planck_derivative(um, k))]),

@@ -84,19 +84,64 @@ impl Window {
             let plain = || values.iter().sum::<f64>() / values.len() as f64;
             window_mean(um, &values, &window_um).or_else(|| (window_um == whole).then(plain))
         };
-        let total = Total::of([&mean, &mean], beds, shares)?;
+        Self::of([*window_um.start(), *window_um.end()], [&mean, &mean], beds, shares)
+    }
+
+    /// A mean over bands. The second is that of half-widths: its weights are those of the first without
+    /// their signs. `None` where bands are missing.
+    pub(super) fn of(
+        [from_um, to_um]: [f64; 2],
+        [mean, mean_of_widths]: [OverBands; 2],
+        Beds { levels, curves, cells }: Beds,
+        shares: &[Share],
+    ) -> Option<Self> {
+        let rays = mean_of_widths(&|band| shares[band].rays)?;
+        let floor = mean_of_widths(&|band| shares[band].floor)?;
+        let given_up = mean_of_widths(&|band| shares[band].given_up)?;
+        let apart = match shares[0].apart {
+            Some(_) => Some(mean_of_widths(&|band| shares[band].apart.unwrap_or(0.0))?),
+            None => None,
+        };
+        // The noise of each bed's rays, all alike.
+        let squares: f64 = levels.weights().iter().map(|weight| weight * weight).sum();
+        let of_rays = rays / T_95 / squares.sqrt();
+        let of_bed = |curve: &Vec<f64>| {
+            Some(Mean { mean: mean(&|band| curve[band])?, standard_error: of_rays, trapped: 0.0 })
+        };
+        let means = curves.iter().map(of_bed).collect::<Option<Vec<_>>>()?;
+        let beds = levels.estimate(&means);
+        let of_cells = |bed: &Vec<Cells>| {
+            let mut means = Cells::default();
+            for (cell, of_cell) in means.iter_mut().enumerate() {
+                *of_cell = mean(&|band| bed[band][cell])?;
+            }
+            Some(means)
+        };
+        let cells: Option<Vec<Cells>> = cells.and_then(|beds| beds.iter().map(of_cells).collect());
+        let cells = cells.map(|cells| OfCells::new(&cells));
+        let values: Vec<f64> = means.iter().map(|mean| mean.mean).collect();
+        let spread = cells.map(|cells| cells.spread);
+        let by_spread = levels.half_width(&values, beds.rays_standard_error, spread);
+        let by_cells = cells.and_then(|cells| cells.half_width());
+        let chance = Chance::new(rays, by_spread, by_cells);
+        let spread =
+            if by_spread >= by_cells { beds.spread } else { cells.map(|cells| cells.spread) };
+        let rim = cells.map(|cells| cells.rim);
+        let of_rays = rays / T_95 * (levels.drops() as f64).sqrt();
+        let without_rays = |sd: f64| (sd * sd - of_rays * of_rays).max(0.0).sqrt();
+        let bounds = rim.unwrap_or(0.0) + floor + given_up + apart.unwrap_or(0.0);
         Some(Self {
-            from_um: *window_um.start(),
-            to_um: *window_um.end(),
-            emissivity: total.mean,
-            half_width_95: total.half_width_95,
-            rays: total.rays,
-            packings: total.packings,
-            packings_spread: total.packings_spread,
-            rim: total.rim,
-            floor: total.floor,
-            given_up: total.given_up,
-            apart: total.apart,
+            from_um,
+            to_um,
+            emissivity: beds.mean,
+            half_width_95: chance.both + bounds,
+            rays,
+            packings: chance.packings,
+            packings_spread: spread.map(without_rays),
+            rim,
+            floor,
+            given_up,
+            apart,
         })
     }
 
@@ -138,77 +183,6 @@ pub(super) struct Beds<'a> {
     pub(super) curves: &'a [Vec<f64>],
     /// The weight of the cells of each drop.
     pub(super) cells: Option<&'a [Vec<Cells>]>,
-}
-
-/// A mean of the emissivity over bands and the parts of its uncertainty.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Total {
-    pub(super) mean: f64,
-    pub(super) half_width_95: f64,
-    pub(super) rays: f64,
-    pub(super) packings: Option<f64>,
-    packings_spread: Option<f64>,
-    rim: Option<f64>,
-    floor: f64,
-    given_up: f64,
-    apart: Option<f64>,
-}
-
-impl Total {
-    /// From the emissivity of each bed in each band and the weight of its cells there. The second
-    /// mean is that of half-widths: its weights are those of the first without their signs.
-    pub(super) fn of(
-        [mean, mean_of_widths]: [OverBands; 2],
-        Beds { levels, curves, cells }: Beds,
-        shares: &[Share],
-    ) -> Option<Self> {
-        let rays = mean_of_widths(&|band| shares[band].rays)?;
-        let floor = mean_of_widths(&|band| shares[band].floor)?;
-        let given_up = mean_of_widths(&|band| shares[band].given_up)?;
-        let apart = match shares[0].apart {
-            Some(_) => Some(mean_of_widths(&|band| shares[band].apart.unwrap_or(0.0))?),
-            None => None,
-        };
-        // The noise of each bed's rays, all alike.
-        let squares: f64 = levels.weights().iter().map(|weight| weight * weight).sum();
-        let of_rays = rays / T_95 / squares.sqrt();
-        let of_bed = |curve: &Vec<f64>| {
-            Some(Mean { mean: mean(&|band| curve[band])?, standard_error: of_rays, trapped: 0.0 })
-        };
-        let means = curves.iter().map(of_bed).collect::<Option<Vec<_>>>()?;
-        let beds = levels.estimate(&means);
-        let of_cells = |bed: &Vec<Cells>| {
-            let mut means = Cells::default();
-            for (cell, of_cell) in means.iter_mut().enumerate() {
-                *of_cell = mean(&|band| bed[band][cell])?;
-            }
-            Some(means)
-        };
-        let cells: Option<Vec<Cells>> = cells.and_then(|beds| beds.iter().map(of_cells).collect());
-        let cells = cells.map(|cells| OfCells::new(&cells));
-        let values: Vec<f64> = means.iter().map(|mean| mean.mean).collect();
-        let spread = cells.map(|cells| cells.spread);
-        let by_spread = levels.half_width(&values, beds.rays_standard_error, spread);
-        let by_cells = cells.and_then(|cells| cells.half_width());
-        let chance = Chance::new(rays, by_spread, by_cells);
-        let spread =
-            if by_spread >= by_cells { beds.spread } else { cells.map(|cells| cells.spread) };
-        let rim = cells.map(|cells| cells.rim);
-        let of_rays = rays / T_95 * (levels.drops() as f64).sqrt();
-        let without_rays = |sd: f64| (sd * sd - of_rays * of_rays).max(0.0).sqrt();
-        let bounds = rim.unwrap_or(0.0) + floor + given_up + apart.unwrap_or(0.0);
-        Some(Self {
-            mean: beds.mean,
-            half_width_95: chance.both + bounds,
-            rays,
-            packings: chance.packings,
-            packings_spread: spread.map(without_rays),
-            rim,
-            floor,
-            given_up,
-            apart,
-        })
-    }
 }
 
 #[cfg(test)]
