@@ -14,7 +14,7 @@ use crate::pipeline::Source;
 use crate::pipeline::inputs;
 use crate::pipeline::record::Record;
 use crate::scene::{Change, Scene, SceneGeometry};
-use crate::support::error::{Error, Failure};
+use crate::support::error::Error;
 use crate::support::file_error::FileError;
 use crate::support::output;
 use crate::support::ro_crate;
@@ -33,19 +33,8 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
-/// A result cannot be packed, or a bundle not be unpacked.
-#[derive(Debug, thiserror::Error)]
-#[error(transparent)]
-pub struct BundleError(#[from] FileError);
-
-impl Failure for BundleError {
-    fn hint(&self) -> Option<String> {
-        self.0.hint()
-    }
-}
-
 fn wrong(path: &Path, problem: impl Into<Box<str>>, hint: &'static str) -> Error {
-    BundleError(FileError::wrong(path, problem).with_hint(hint)).into()
+    FileError::wrong(path, problem).with_hint(hint).into()
 }
 
 /// The record of a result.
@@ -105,8 +94,7 @@ pub fn run(args: &Args, context: &Context) -> Outcome {
         .large_file(true);
     for name in &names {
         let path = output::within(folder, name)?;
-        let mut file =
-            std::fs::File::open(&path).map_err(FileError::read(&path)).map_err(BundleError)?;
+        let mut file = std::fs::File::open(&path).map_err(FileError::read(&path))?;
         zip.start_file(name.as_str(), options).map_err(failed)?;
         std::io::copy(&mut file, &mut zip).map_err(|error| partial.error(error))?;
     }
@@ -181,7 +169,7 @@ fn texts(value: &Value, found: &mut Vec<PathBuf>) {
 
 /// Unpacks a bundle into a folder.
 pub fn unpack(bundle: &Path, folder: &Path) -> Result<(), Error> {
-    let file = std::fs::File::open(bundle).map_err(FileError::read(bundle)).map_err(BundleError)?;
+    let file = std::fs::File::open(bundle).map_err(FileError::read(bundle))?;
     let not_one =
         |problem: String| wrong(bundle, problem, "name a file that `soilsig bundle` wrote");
     unpacked(file, folder).map_err(|error| match error {

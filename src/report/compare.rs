@@ -11,22 +11,11 @@ use crate::signature::evaluate;
 use crate::spectrum::Spectrum;
 use crate::spectrum::format::{self, Format, Reading};
 use crate::support::csv::{Csv, decimals};
-use crate::support::error::{Error, Failure};
+use crate::support::error::Error;
 use crate::support::file_error::FileError;
 use crate::support::linear::{ends, interpolate};
 use crate::support::math;
 use crate::table::Table;
-
-/// A result cannot be compared.
-#[derive(Debug, thiserror::Error)]
-#[error(transparent)]
-pub struct CompareError(#[from] FileError);
-
-impl Failure for CompareError {
-    fn hint(&self) -> Option<String> {
-        self.0.hint()
-    }
-}
 
 /// An emissivity curve of any origin.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,7 +55,7 @@ impl Curve {
             if !file.is_file() {
                 let error = FileError::wrong(folder, "there is no signature.csv in this folder");
                 let error = error.with_hint("name the folder of one scene's result");
-                return Err(CompareError(error).into());
+                return Err(error.into());
             }
             return Ok(Self { name: path.display().to_string(), ..Self::of_signature(&file)? });
         }
@@ -122,7 +111,7 @@ impl Curve {
 
 /// Whether a CSV file has the columns of a signature.
 fn is_signature(path: &Path) -> Result<bool, Error> {
-    let text = crate::support::text::read(path).map_err(CompareError)?;
+    let text = crate::support::text::read(path)?;
     let heading = text.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
     let has = |wanted: &str| heading.split(',').any(|name| name.trim() == wanted);
     Ok(has("wavelength_um") && has("emissivity"))
@@ -162,7 +151,7 @@ impl Difference {
     ///
     /// # Errors
     /// They have no band in common.
-    pub fn new(a: &Curve, b: &Curve) -> Result<Self, CompareError> {
+    pub fn new(a: &Curve, b: &Curve) -> Result<Self, FileError> {
         let [from, to] = ends(&b.wavelength_um);
         let at = |values: &[f64], um: f64| interpolate(&b.wavelength_um, values, um);
         let held = |i: &usize| (from - 1e-9..=to + 1e-9).contains(&a.wavelength_um[*i]);
@@ -191,7 +180,7 @@ impl Difference {
             let [first, last] = ends(&a.wavelength_um);
             let problem =
                 format!("it holds {from}-{to} um, and {} {first}-{last} um: no band of it", a.name);
-            return Err(FileError::wrong(&PathBuf::from(&b.name), problem).into());
+            return Err(FileError::wrong(&PathBuf::from(&b.name), problem));
         }
         let mean =
             |of: fn(&BandDifference) -> f64| bands.iter().map(of).sum::<f64>() / bands.len() as f64;
