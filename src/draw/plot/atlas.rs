@@ -1,6 +1,6 @@
 //! Small charts on one page: the error against a swept quantity, and where the program warns.
 
-use super::axis::Axis;
+use super::axis::{self, Axis};
 use super::svg::{Anchor, Point, Svg, text_width, wrapped};
 
 /// One small chart.
@@ -112,25 +112,22 @@ fn cross(svg: &mut Svg, (x, y): Point) {
 fn across(panel: &Panel, places: (f64, f64)) -> (Axis, Vec<(f64, String)>) {
     let xs = || panel.marks.iter().map(|mark| mark.x);
     let ends = |xs: &mut dyn Iterator<Item = f64>| {
-        let (low, high) = xs.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
+        let (low, high) = axis::ends(xs).unwrap_or_default();
         (low, high.max(low + 1e-12))
-    };
-    let labelled = |axis: &Axis| -> Vec<(f64, String)> {
-        axis.ticks().into_iter().filter_map(|(x, label)| Some((x, label?))).collect()
     };
     if !panel.log {
         let axis = Axis::linear(ends(&mut xs()), places, 6.0);
-        let ticks = labelled(&axis);
+        let ticks = axis.labels().collect();
         return (axis, ticks);
     }
     let (low, high) = ends(&mut xs().filter(|x| *x > 0.0).map(crate::support::math::log10));
     if xs().all(|x| x > 0.0) {
         let axis = Axis::log((low, high), places);
-        let ticks = labelled(&axis);
+        let ticks = axis.labels().collect();
         return (axis, ticks);
     }
     let axis = Axis::log((low - (0.12 * (high - low)).max(0.3), high), places);
-    let mut ticks = labelled(&axis);
+    let mut ticks: Vec<_> = axis.labels().collect();
     ticks.retain(|(x, _)| axis.place(*x) > places.0 + 16.0);
     ticks.push((0.0, "0".into()));
     (axis, ticks)
@@ -138,10 +135,10 @@ fn across(panel: &Panel, places: (f64, f64)) -> (Axis, Vec<(f64, String)>) {
 
 fn draw(svg: &mut Svg, panel: &Panel, (left, top): Point) {
     let (x0, y0, x1, y1) = (left + FRAME.0, top + FRAME.1, left + FRAME.2, top + FRAME.3);
-    let mut lines = |text: &str, size: f64, width: f64, (x, y): Point, anchor, style| {
-        for (i, line) in wrapped(text, size, width).iter().take(6).enumerate() {
-            svg.styled_text((x, y + (size + 3.0) * i as f64), anchor, size, line, style);
-        }
+    let mut lines = |text: &str, size: f64, width: f64, at: Point, anchor, style| {
+        let mut lines = wrapped(text, size, width);
+        lines.truncate(6);
+        svg.lines(at, anchor, (size, size + 3.0), &lines, style);
     };
     let bold = "font-weight='bold'";
     lines(&panel.title, 13.0, CELL.0 - 14.0, (left + 8.0, top + 16.0), Anchor::Start, bold);
@@ -157,8 +154,7 @@ fn draw(svg: &mut Svg, panel: &Panel, (left, top): Point) {
     let y = Axis::log(POWERS, (y1, y0));
     shade(svg, panel, &x, (x0, x1), (y0, y1));
     svg.rectangle((x0, y0), (x1 - x0, y1 - y0), FRAMED);
-    for (value, label) in y.ticks() {
-        let Some(label) = label else { continue };
+    for (value, label) in y.labels() {
         let y = y.place(value);
         svg.line(&[(x0 - 4.0, y), (x0, y)], TICK);
         svg.text((x0 - 6.0, y + 4.0), Anchor::End, TICK_SIZE, &label);

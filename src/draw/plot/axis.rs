@@ -73,6 +73,27 @@ impl Axis {
             })
             .collect()
     }
+
+    /// The ticks with labels.
+    pub(crate) fn labels(&self) -> impl Iterator<Item = (f64, String)> {
+        self.ticks().into_iter().filter_map(|(value, label)| Some((value, label?)))
+    }
+}
+
+/// The least and the greatest of some values.
+pub(crate) fn ends(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    values.fold(None, |ends, v| {
+        let (low, high) = ends.unwrap_or((v, v));
+        Some((low.min(v), high.max(v)))
+    })
+}
+
+/// The ends of an axis about some values, at round numbers for about so many labels.
+pub(crate) fn around(values: impl Iterator<Item = f64>, labels: f64) -> (f64, f64) {
+    let Some((low, high)) = ends(values) else { return (0.0, 1.0) };
+    let high = high.max(low + 1e-6);
+    let step = 0.5 * round_step(high - low, labels);
+    ((low / step).floor() * step, (high / step).ceil() * step)
 }
 
 /// A digit times a power of ten.

@@ -40,6 +40,11 @@ impl Curve {
         self.half_width.iter().any(|&half_width| half_width > 0.0)
     }
 
+    /// Both ends of the band at each point.
+    pub(super) fn with_band(&self) -> impl Iterator<Item = f64> {
+        self.emissivity.iter().zip(&self.half_width).flat_map(|(e, h)| [e - h, e + h])
+    }
+
     /// Checks that the curve can be drawn.
     pub(super) fn check(&self) -> Result<(), PlotError> {
         let Curve { label, wavelength_um, emissivity, half_width, of_rays, .. } = self;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::PlotError;
-use super::axis::{Axis, round_step};
+use super::axis::{Axis, ends, round_step};
 use super::curve::Curve;
 use super::label::Area;
 use super::legend::Pen;
@@ -37,7 +37,7 @@ pub(super) const MARK_SIZE: f64 = 11.5;
 /// that do not ascend, emissivities outside 0 to 1.
 pub fn emissivity_svg(chart: &Chart) -> Result<String, PlotError> {
     chart.curves.iter().try_for_each(Curve::check)?;
-    let wavelengths = span(chart.curves.iter().flat_map(|c| &c.wavelength_um).copied());
+    let wavelengths = ends(chart.curves.iter().flat_map(|c| &c.wavelength_um).copied());
     let wavelengths = wavelengths.ok_or(PlotError::Empty)?;
     let bands: Vec<bool> = chart.curves.iter().map(Curve::has_band).collect();
     let found = |c: &Curve| features(&c.wavelength_um, &c.emissivity, &c.windows);
@@ -97,13 +97,6 @@ pub fn emissivity_svg(chart: &Chart) -> Result<String, PlotError> {
     Ok(plot.page.svg.finish())
 }
 
-fn span(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
-    values.fold(None, |span, v| {
-        let (low, high) = span.unwrap_or((v, v));
-        Some((low.min(v), high.max(v)))
-    })
-}
-
 /// The span, made at least `least` wide.
 fn widened((low, high): (f64, f64), least: f64) -> (f64, f64) {
     let more = (0.5 * (least - (high - low))).max(0.0);
@@ -112,11 +105,8 @@ fn widened((low, high): (f64, f64), least: f64) -> (f64, f64) {
 
 /// The ends of the emissivity axis: the data with a margin, at round values, within 0 to 1.
 fn emissivity_range(chart: &Chart) -> (f64, f64) {
-    let ends = chart
-        .curves
-        .iter()
-        .flat_map(|c| c.emissivity.iter().zip(&c.half_width).flat_map(|(e, h)| [e - h, e + h]));
-    let (low, high) = widened(span(ends).unwrap_or((0.0, 1.0)), 0.02);
+    let values = chart.curves.iter().flat_map(Curve::with_band);
+    let (low, high) = widened(ends(values).unwrap_or((0.0, 1.0)), 0.02);
     let margin = 0.1 * (high - low);
     let (low, high) = ((low - margin).max(0.0), (high + margin).min(1.0));
     let step = 0.5 * round_step(high - low, 8.0);
@@ -186,13 +176,12 @@ impl Plot {
             let ends = curve.emissivity.iter().zip(half_width).map(|(e, h)| e + sign * h);
             curve.wavelength_um.iter().zip(ends).map(|(&w, e)| self.place(w, e)).collect()
         };
-        let (mut outline, lower) = (side(1.0), side(-1.0));
-        if outline.len() == 1 {
+        let (upper, lower) = (side(1.0), side(-1.0));
+        if upper.len() == 1 {
             // The band of a single point is an error bar.
-            self.page.svg.line(&[lower[0], outline[0]], &pen.line());
+            self.page.svg.line(&[lower[0], upper[0]], &pen.line());
         } else {
-            outline.extend(lower.into_iter().rev());
-            self.page.svg.area(&outline, &pen.band());
+            self.page.svg.band(upper, lower, &pen.band());
         }
     }
 

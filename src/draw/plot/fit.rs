@@ -1,7 +1,7 @@
 //! A fit: what was measured and fitted, the residual below, and the posterior of the parameters.
 
 use super::PlotError;
-use super::axis::{Axis, round_step};
+use super::axis::{Axis, around};
 use super::curve::Curve;
 use super::label::Area;
 use super::legend::Pen;
@@ -46,12 +46,9 @@ pub fn fit_svg(chart: &FitChart) -> Result<String, PlotError> {
     });
     let whole = page.area;
     let x = Axis::linear((um[0], um[um.len() - 1]), (whole.left, whole.right), 8.0);
-    let ends = chart
-        .curves
-        .iter()
-        .flat_map(|c| c.emissivity.iter().zip(&c.half_width).flat_map(|(e, h)| [e - h, e + h]));
+    let ends = chart.curves.iter().flat_map(Curve::with_band);
     let upper = Area { bottom: whole.top + FIT_HEIGHT, ..whole };
-    let y = Axis::linear(around(ends), (upper.bottom, upper.top), 8.0);
+    let y = Axis::linear(around(ends, 8.0), (upper.bottom, upper.top), 8.0);
     page.area = upper;
     page.axes(&x, &y, ["", &chart.quantity]);
     for (curve, pen) in chart.curves.iter().zip((0..).map(Pen::of)) {
@@ -61,36 +58,23 @@ pub fn fit_svg(chart: &FitChart) -> Result<String, PlotError> {
             curve.wavelength_um.iter().zip(of).map(|(&um, e)| at(um, e)).collect()
         };
         if curve.half_width.iter().any(|&h| h > 0.0) {
-            page.svg.area(&outline(side(1.0), side(-1.0)), &pen.band());
+            page.svg.band(side(1.0), side(-1.0), &pen.band());
         }
         page.svg.line(&side(0.0), &pen.line());
     }
     let lower = Area { top: upper.bottom + GAP, ..whole };
     let widest = chart.residual.iter().chain(&chart.expected).map(|r| r.abs());
-    let y = Axis::linear(around(widest.flat_map(|r| [-r, r])), (lower.bottom, lower.top), 4.0);
+    let y = Axis::linear(around(widest.flat_map(|r| [-r, r]), 8.0), (lower.bottom, lower.top), 4.0);
     page.area = lower;
     page.axes(&x, &y, ["Wavelength (µm)", "Residual"]);
     let points = |values: &[f64], sign: f64| -> Vec<Point> {
         um.iter().zip(values).map(|(&um, v)| (x.place(um), y.place(sign * v))).collect()
     };
-    let expected = outline(points(&chart.expected, 1.0), points(&chart.expected, -1.0));
-    page.svg.area(&expected, "fill='#777777' fill-opacity='0.2'");
+    let [upper, lower] = [1.0, -1.0].map(|sign| points(&chart.expected, sign));
+    page.svg.band(upper, lower, "fill='#777777' fill-opacity='0.2'");
     page.svg.line(&points(&vec![0.0; um.len()], 1.0), "stroke='#777777' stroke-width='0.8'");
     page.svg.line(&points(&chart.residual, 1.0), &Pen::of(0).line());
     Ok(page.svg.finish())
-}
-
-/// A band between two curves.
-fn outline(upper: Vec<Point>, lower: Vec<Point>) -> Vec<Point> {
-    upper.into_iter().chain(lower.into_iter().rev()).collect()
-}
-
-/// The ends of an axis about some values, at round numbers.
-fn around(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    let (low, high) = values.fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));
-    let high = high.max(low + 1e-9);
-    let step = 0.5 * round_step(high - low, 8.0);
-    ((low / step).floor() * step, (high / step).ceil() * step)
 }
 
 /// A parameter of a posterior.
@@ -123,11 +107,8 @@ pub fn posterior_svg(title: &str, parameters: &[Drawn]) -> String {
     let lines = wrapped(title, 15.0, size);
     let first = EDGE.1 + LINE * (lines.len() - 1) as f64;
     let mut svg = Svg::new(EDGE.0 + size + 20.0, first + size + 52.0, title);
-    for (number, line) in lines.iter().enumerate() {
-        svg.text((EDGE.0, 24.0 + LINE * number as f64), Anchor::Start, 15.0, line);
-    }
-    let ranges: Vec<(f64, f64)> =
-        parameters.iter().map(|p| around(p.draws.iter().copied().chain([p.best]))).collect();
+    svg.lines((EDGE.0, 24.0), Anchor::Start, (15.0, LINE), &lines, "");
+    let ranges: Vec<(f64, f64)> = parameters.iter().map(Drawn::range).collect();
     for row in 0..n {
         for column in 0..=row {
             let left = EDGE.0 + CELL * column as f64;
@@ -141,14 +122,14 @@ pub fn posterior_svg(title: &str, parameters: &[Drawn]) -> String {
                 let y = Axis::linear(ranges[row], (bottom, top), TICKS);
                 cloud(&mut svg, [&parameters[column], &parameters[row]], [&x, &y]);
                 if column == 0 {
-                    ticks(&mut svg, &y, |at| ((left, at), (left - 4.0, at + 4.0), Anchor::End));
+                    ticks(&mut svg, &y, |at| ((left - 4.0, at + 4.0), Anchor::End));
                     let middle = (16.0, f64::midpoint(top, bottom));
                     svg.upright_text(middle, 12.0, &parameters[row].name);
                 }
             }
             svg.rectangle((left, top), (right - left, bottom - top), frame);
             if row + 1 == n {
-                ticks(&mut svg, &x, |at| ((at, bottom), (at, bottom + 15.0), Anchor::Middle));
+                ticks(&mut svg, &x, |at| ((at, bottom + 15.0), Anchor::Middle));
                 let middle = (f64::midpoint(left, right), bottom + 34.0);
                 svg.text(middle, Anchor::Middle, 12.0, &parameters[column].name);
             }
@@ -157,18 +138,22 @@ pub fn posterior_svg(title: &str, parameters: &[Drawn]) -> String {
     svg.finish()
 }
 
-/// Labels of an axis; `at` gives the tick's end, the label's place and its anchor.
-fn ticks(svg: &mut Svg, axis: &Axis, at: impl Fn(f64) -> (Point, Point, Anchor)) {
-    for (value, label) in axis.ticks() {
-        if let Some(label) = label {
-            let (_, place, anchor) = at(axis.place(value));
-            svg.text(place, anchor, 10.5, &label);
-        }
+impl Drawn {
+    fn range(&self) -> (f64, f64) {
+        around(self.draws.iter().copied().chain([self.best]), 8.0)
+    }
+}
+
+/// Labels of an axis; `at` gives the label's place and its anchor.
+fn ticks(svg: &mut Svg, axis: &Axis, at: impl Fn(f64) -> (Point, Anchor)) {
+    for (value, label) in axis.labels() {
+        let (place, anchor) = at(axis.place(value));
+        svg.text(place, anchor, 10.5, &label);
     }
 }
 
 fn histogram(svg: &mut Svg, of: &Drawn, x: &Axis, (top, bottom): (f64, f64)) {
-    let (low, high) = around(of.draws.iter().copied().chain([of.best]));
+    let (low, high) = of.range();
     let mut counts = [0_u32; BINS];
     for value in &of.draws {
         let bin = ((value - low) / (high - low) * BINS as f64) as usize;

@@ -49,15 +49,9 @@ impl Page {
         let caption_top = bottom + 64.0;
         let height = caption_top + CAPTION.1 * caption.len() as f64;
         let mut svg = Svg::new(WIDTH, height, layout.title);
-        for (i, line) in title.iter().enumerate() {
-            let at = (LEFT, TOP + 16.0 + TITLE.1 * i as f64);
-            svg.text(at, Anchor::Start, TITLE.0, line);
-        }
+        svg.lines((LEFT, TOP + 16.0), Anchor::Start, TITLE, &title, "");
         legend.draw(&mut svg, legend_top, |curve| layout.bands.get(curve) == Some(&true));
-        for (i, line) in caption.iter().enumerate() {
-            let at = (LEFT, caption_top + CAPTION.1 * i as f64);
-            svg.styled_text(at, Anchor::Start, CAPTION.0, line, "fill='#555555'");
-        }
+        svg.lines((LEFT, caption_top), Anchor::Start, CAPTION, &caption, "fill='#555555'");
         Self { svg, area: Area { left: LEFT, top, right: RIGHT, bottom } }
     }
 

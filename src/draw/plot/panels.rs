@@ -1,6 +1,6 @@
 //! Small charts of one kind beside each other: the same axes, one legend.
 
-use super::axis::{Axis, round_step};
+use super::axis::{Axis, around, ends};
 use super::legend::{Legend, Pen};
 use super::svg::{Anchor, Point, Svg, shortened, wrapped};
 
@@ -77,15 +77,13 @@ pub fn small_charts_svg(of: &SmallCharts) -> String {
     let bottom = top + row_height * of.rows.len() as f64;
     let height = bottom + 16.0 * caption.len() as f64 + 8.0;
     let mut svg = Svg::new(right + RIGHT, height, &of.title);
-    for (i, line) in title.iter().enumerate() {
-        svg.text((EDGE, 26.0 + 21.0 * i as f64), Anchor::Start, 16.0, line);
-    }
+    svg.lines((EDGE, 26.0), Anchor::Start, (16.0, 21.0), &title, "");
     legend.draw(&mut svg, 14.0 + 21.0 * title.len() as f64, |_| false);
     for (r, row) in of.rows.iter().enumerate() {
         let is_alike = |c: &&SmallChart| row.first().is_some_and(|f| f.names[1] == c.names[1]);
         let alike = of.rows.iter().flatten().filter(is_alike);
         let ys = alike.flat_map(|c| &c.series).flat_map(|s| &s.points);
-        let y_ends = around(ys.flat_map(|[_, y, h]| [y - h, y + h]));
+        let y_ends = around(ys.flat_map(|[_, y, h]| [y - h, y + h]), 5.0);
         let upper = top + row_height * r as f64 + 26.0;
         for (c, chart) in row.iter().enumerate() {
             let left = EDGE + (width + GAP) * c as f64;
@@ -93,10 +91,7 @@ pub fn small_charts_svg(of: &SmallCharts) -> String {
             draw(&mut svg, chart, area, y_ends, c == 0);
         }
     }
-    for (i, line) in caption.iter().enumerate() {
-        let at = (EDGE, bottom + 10.0 + 16.0 * i as f64);
-        svg.styled_text(at, Anchor::Start, TICK, line, "fill='#555555'");
-    }
+    svg.lines((EDGE, bottom + 10.0), Anchor::Start, (TICK, 16.0), &caption, "fill='#555555'");
     svg.finish()
 }
 
@@ -105,18 +100,16 @@ fn draw(svg: &mut Svg, chart: &SmallChart, area: [f64; 4], y_ends: (f64, f64), i
     let ink = "stroke='#1a1a1a' stroke-width='0.9'";
     let grid = "stroke='#d9dcdf' stroke-width='0.6'";
     let y = Axis::linear(y_ends, (bottom, top), 5.0);
-    for (value, label) in y.ticks() {
+    for (value, label) in y.labels() {
         let at = y.place(value);
-        if let Some(label) = label {
-            svg.line(&[(left, at), (right, at)], grid);
-            if is_first {
-                svg.text((left - 7.0, at + 4.0), Anchor::End, TICK, &label);
-            }
+        svg.line(&[(left, at), (right, at)], grid);
+        if is_first {
+            svg.text((left - 7.0, at + 4.0), Anchor::End, TICK, &label);
         }
     }
     let x = x_axis(chart, (left, right));
     let ticks: Vec<(f64, String)> = if chart.words.is_empty() {
-        x.ticks().into_iter().filter_map(|(value, label)| Some((value, label?))).collect()
+        x.labels().collect()
     } else {
         let room = (right - left) / chart.words.len() as f64 - 4.0;
         let word = |(i, word): (usize, &String)| (i as f64, shortened(word, TICK, room));
@@ -150,9 +143,8 @@ fn draw_series(svg: &mut Svg, series: &Series, aside: f64, x: &Axis, y: &Axis) {
     };
     let line: Vec<Point> = series.points.iter().map(|point| at(point, 0.0)).collect();
     if series.drawn == Drawing::Curve {
-        let upper = series.points.iter().map(|point| at(point, 1.0));
-        let lower = series.points.iter().rev().map(|point| at(point, -1.0));
-        svg.area(&upper.chain(lower).collect::<Vec<_>>(), &pen.band());
+        let side = |sign: f64| series.points.iter().map(|point| at(point, sign)).collect();
+        svg.band(side(1.0), side(-1.0), &pen.band());
         svg.line(&line, &pen.line());
         return;
     }
@@ -167,36 +159,22 @@ fn draw_series(svg: &mut Svg, series: &Series, aside: f64, x: &Axis, y: &Axis) {
 }
 
 /// The axis that holds the points of all series, with a margin.
-fn x_axis(chart: &SmallChart, ends: (f64, f64)) -> Axis {
+fn x_axis(chart: &SmallChart, range: (f64, f64)) -> Axis {
     if !chart.words.is_empty() {
-        return Axis::linear((-0.5, chart.words.len() as f64 - 0.5), ends, 8.0);
+        return Axis::linear((-0.5, chart.words.len() as f64 - 0.5), range, 8.0);
     }
     let values = chart.series.iter().flat_map(|s| &s.points).map(|[x, ..]| *x);
-    let (low, high) = values.fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
+    let Some((low, high)) = ends(values) else { return Axis::linear((0.0, 1.0), range, 5.0) };
     if chart.log && low > 0.0 {
         use crate::support::math::log10;
         let (low, high) = (log10(low), log10(high));
         let room = 0.04 * (high - low).max(0.5);
-        return Axis::log((low - room, high + room), ends);
-    }
-    if low > high {
-        return Axis::linear((0.0, 1.0), ends, 5.0);
+        return Axis::log((low - room, high + room), range);
     }
     let is_curve = chart.series.iter().all(|series| series.drawn == Drawing::Curve);
     let room = if is_curve { 0.0 } else { 0.04 * (high - low) };
     let room = if high > low { room } else { 0.5_f64.max(0.1 * high.abs()) };
-    Axis::linear((low - room, high + room), ends, 5.0)
-}
-
-/// The ends of an axis about some values, at round numbers.
-fn around(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    let (low, high) = values.fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
-    if low > high {
-        return (0.0, 1.0);
-    }
-    let high = high.max(low + 1e-6);
-    let step = 0.5 * round_step(high - low, 5.0);
-    ((low / step).floor() * step, (high / step).ceil() * step)
+    Axis::linear((low - room, high + room), range, 5.0)
 }
 
 #[cfg(test)]

@@ -86,6 +86,26 @@ impl Svg {
         ));
     }
 
+    /// Lines below each other, the first at a point.
+    pub(crate) fn lines(
+        &mut self,
+        (x, y): Point,
+        anchor: Anchor,
+        (size, apart): (f64, f64),
+        lines: &[String],
+        style: &str,
+    ) {
+        for (i, line) in lines.iter().enumerate() {
+            self.styled_text((x, y + apart * i as f64), anchor, size, line, style);
+        }
+    }
+
+    /// What lies between two lines.
+    pub(crate) fn band(&mut self, mut upper: Vec<Point>, lower: Vec<Point>, style: &str) {
+        upper.extend(lower.into_iter().rev());
+        self.area(&upper, style);
+    }
+
     /// Text that runs upwards, centred at a point.
     pub(crate) fn upright_text(&mut self, (x, y): Point, size: f64, content: &str) {
         let turn = format!("transform='rotate(-90 {} {})'", number(x), number(y));
