@@ -1,11 +1,10 @@
-//! What of a glTF 2.0 file makes a surface, as the specification by Khronos names it. The gltf crate
-//! is given this and nothing else: it refuses or panics on files whose other parts are broken.
+//! What of a glTF 2.0 file makes a surface, as the specification by Khronos names it. Other parts
+//! may be broken.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use gltf::Document;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use crate::support::file_error::FileError;
 use crate::support::text;
@@ -13,10 +12,9 @@ use crate::support::text;
 /// What to do about a mesh that is compressed.
 pub(super) const COMPRESSED: &str = "export the mesh again without compression";
 
-#[derive(Deserialize, Serialize)]
+#[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Gltf {
-    asset: Asset,
     pub scene: Option<usize>,
     #[serde(default)]
     pub scenes: Vec<Scene>,
@@ -34,26 +32,25 @@ pub(super) struct Gltf {
     pub buffers: Vec<Buffer>,
 }
 
-#[derive(Deserialize, Serialize)]
+#[derive(Deserialize)]
 pub(super) struct Scene {
     #[serde(default)]
     pub nodes: Vec<usize>,
 }
 
-#[derive(Deserialize, Serialize)]
+#[derive(Deserialize)]
 pub(super) struct Node {
     pub name: Option<String>,
     #[serde(default)]
     pub children: Vec<usize>,
     pub mesh: Option<usize>,
-    #[serde(skip_serializing)]
     pub skin: Option<usize>,
     pub weights: Option<Vec<f64>>,
     pub matrix: Option<[f64; 16]>,
     pub translation: Option<[f64; 3]>,
     pub rotation: Option<[f64; 4]>,
     pub scale: Option<[f64; 3]>,
-    #[serde(default, skip_serializing)]
+    #[serde(default)]
     pub extensions: NodeExtensions,
 }
 
@@ -76,7 +73,7 @@ pub(super) struct Visibility {
     pub visible: Option<bool>,
 }
 
-#[derive(Deserialize, Serialize)]
+#[derive(Deserialize)]
 pub(super) struct Mesh {
     pub name: Option<String>,
     #[serde(default)]
@@ -84,7 +81,7 @@ pub(super) struct Mesh {
     pub weights: Option<Vec<f64>>,
 }
 
-#[derive(Deserialize, Serialize)]
+#[derive(Deserialize)]
 pub(super) struct Primitive {
     #[serde(default)]
     pub attributes: Attributes,
@@ -94,17 +91,15 @@ pub(super) struct Primitive {
     pub mode: u32,
     #[serde(default)]
     pub targets: Vec<Attributes>,
-    #[serde(default, skip_serializing)]
+    #[serde(default)]
     pub extensions: PrimitiveExtensions,
 }
 
 /// Accessors of the vertices; those of a morph target change them.
-#[derive(Default, Deserialize, Serialize)]
+#[derive(Default, Deserialize)]
 #[serde(rename_all = "UPPERCASE")]
 pub(super) struct Attributes {
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<usize>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub normal: Option<usize>,
 }
 
@@ -120,53 +115,49 @@ pub(super) struct PrimitiveExtensions {
     pub draco: Option<serde::de::IgnoredAny>,
 }
 
-#[derive(Deserialize, Serialize)]
+#[derive(Deserialize)]
 pub(super) struct Material {
     pub name: Option<String>,
 }
 
-#[derive(Deserialize, Serialize)]
+#[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Accessor {
     pub buffer_view: Option<usize>,
     #[serde(default)]
     pub byte_offset: usize,
     pub component_type: u32,
-    #[serde(default)]
-    pub normalized: bool,
     pub count: usize,
     #[serde(rename = "type")]
     pub kind: String,
-    #[serde(skip_serializing_if = "Sparse::is_empty")]
-    pub sparse: Option<Sparse>,
+    sparse: Option<Sparse>,
 }
 
-#[derive(Deserialize, Serialize)]
+impl Accessor {
+    /// The elements that replace others, if there are any.
+    pub fn sparse(&self) -> Option<&Sparse> {
+        self.sparse.as_ref().filter(|sparse| sparse.count > 0)
+    }
+}
+
+#[derive(Deserialize)]
 pub(super) struct Sparse {
     pub count: usize,
     pub indices: SparsePart,
     pub values: SparsePart,
 }
 
-impl Sparse {
-    #[allow(clippy::ref_option, reason = "serde passes a reference")]
-    fn is_empty(of: &Option<Self>) -> bool {
-        of.as_ref().is_none_or(|sparse| sparse.count == 0)
-    }
-}
-
-#[derive(Deserialize, Serialize)]
+#[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct SparsePart {
     pub buffer_view: usize,
     #[serde(default)]
     pub byte_offset: usize,
     /// Of the indices only.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub component_type: Option<u32>,
 }
 
-#[derive(Deserialize, Serialize)]
+#[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct View {
     pub buffer: usize,
@@ -174,7 +165,7 @@ pub(super) struct View {
     pub byte_offset: usize,
     pub byte_length: usize,
     pub byte_stride: Option<usize>,
-    #[serde(default, skip_serializing)]
+    #[serde(default)]
     pub extensions: ViewExtensions,
 }
 
@@ -194,21 +185,11 @@ impl ViewExtensions {
     }
 }
 
-#[derive(Deserialize, Serialize)]
+#[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Buffer {
-    #[serde(skip_serializing)]
     pub uri: Option<String>,
     pub byte_length: usize,
-}
-
-impl Gltf {
-    /// The same as the gltf crate has it.
-    pub fn document(&self, path: &Path) -> Result<Document, FileError> {
-        let wrong = |error: serde_json::Error| FileError::wrong(path, error.to_string());
-        let json = serde_json::to_value(self).map_err(wrong)?;
-        Ok(Document::from_json_without_validation(serde_json::from_value(json).map_err(wrong)?))
-    }
 }
 
 /// What a file says of itself.
@@ -220,7 +201,7 @@ struct Head {
     extensions_required: Vec<String>,
 }
 
-#[derive(Deserialize, Serialize)]
+#[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct Asset {
     version: String,
