@@ -9,8 +9,8 @@ use crate::support::math;
 
 struct Problem {
     name: &'static str,
-    /// Predictor and response.
-    data: &'static [(f64, f64)],
+    /// Predictor and response, divided by commas.
+    data: &'static str,
     /// The model and its derivatives in the parameters.
     model: fn(f64, &[f64]) -> (f64, Vec<f64>),
     starts: [&'static [f64]; 2],
@@ -43,22 +43,9 @@ fn kowalik_osborne(x: f64, b: &[f64]) -> (f64, Vec<f64>) {
 
 const MISRA1A: Problem = Problem {
     name: "Misra1a",
-    data: &[
-        (77.6, 10.07),
-        (114.9, 14.73),
-        (141.1, 17.94),
-        (190.8, 23.93),
-        (239.9, 29.61),
-        (289.0, 35.18),
-        (332.8, 40.02),
-        (378.4, 44.82),
-        (434.8, 50.76),
-        (477.3, 55.05),
-        (536.8, 61.01),
-        (593.1, 66.40),
-        (689.1, 75.47),
-        (760.0, 81.78),
-    ],
+    data: "77.6 10.07, 114.9 14.73, 141.1 17.94, 190.8 23.93, 239.9 29.61, 289.0 35.18, \
+           332.8 40.02, 378.4 44.82, 434.8 50.76, 477.3 55.05, 536.8 61.01, 593.1 66.40, \
+           689.1 75.47, 760.0 81.78",
     model: misra,
     starts: [&[500.0, 1e-4], &[250.0, 5e-4]],
     certified: &[(2.389_421_291_8e2, 2.707_007_524_1), (5.501_564_318_1e-4, 7.266_868_843_6e-6)],
@@ -67,45 +54,14 @@ const MISRA1A: Problem = Problem {
 
 const THURBER: Problem = Problem {
     name: "Thurber",
-    data: &[
-        (-3.067, 80.574),
-        (-2.981, 84.248),
-        (-2.921, 87.264),
-        (-2.912, 87.195),
-        (-2.840, 89.076),
-        (-2.797, 89.608),
-        (-2.702, 89.868),
-        (-2.699, 90.101),
-        (-2.633, 92.405),
-        (-2.481, 95.854),
-        (-2.363, 100.696),
-        (-2.322, 101.060),
-        (-1.501, 401.672),
-        (-1.460, 390.724),
-        (-1.274, 567.534),
-        (-1.212, 635.316),
-        (-1.100, 733.054),
-        (-1.046, 759.087),
-        (-0.915, 894.206),
-        (-0.714, 990.785),
-        (-0.566, 1090.109),
-        (-0.545, 1080.914),
-        (-0.400, 1122.643),
-        (-0.309, 1178.351),
-        (-0.109, 1260.531),
-        (-0.103, 1273.514),
-        (0.010, 1288.339),
-        (0.119, 1327.543),
-        (0.377, 1353.863),
-        (0.790, 1414.509),
-        (0.963, 1425.208),
-        (1.006, 1421.384),
-        (1.115, 1442.962),
-        (1.572, 1464.350),
-        (1.841, 1468.705),
-        (2.047, 1447.894),
-        (2.200, 1457.628),
-    ],
+    data: "-3.067 80.574, -2.981 84.248, -2.921 87.264, -2.912 87.195, -2.840 89.076, \
+           -2.797 89.608, -2.702 89.868, -2.699 90.101, -2.633 92.405, -2.481 95.854, \
+           -2.363 100.696, -2.322 101.060, -1.501 401.672, -1.460 390.724, -1.274 567.534, \
+           -1.212 635.316, -1.100 733.054, -1.046 759.087, -0.915 894.206, -0.714 990.785, \
+           -0.566 1090.109, -0.545 1080.914, -0.400 1122.643, -0.309 1178.351, \
+           -0.109 1260.531, -0.103 1273.514, 0.010 1288.339, 0.119 1327.543, 0.377 1353.863, \
+           0.790 1414.509, 0.963 1425.208, 1.006 1421.384, 1.115 1442.962, 1.572 1464.350, \
+           1.841 1468.705, 2.047 1447.894, 2.200 1457.628",
     model: thurber,
     starts: [
         &[1000.0, 1000.0, 400.0, 40.0, 0.7, 0.3, 0.03],
@@ -125,19 +81,8 @@ const THURBER: Problem = Problem {
 
 const MGH09: Problem = Problem {
     name: "MGH09",
-    data: &[
-        (4.0, 1.957e-1),
-        (2.0, 1.947e-1),
-        (1.0, 1.735e-1),
-        (0.5, 1.6e-1),
-        (0.25, 8.44e-2),
-        (0.167, 6.27e-2),
-        (0.125, 4.56e-2),
-        (0.1, 3.42e-2),
-        (0.0833, 3.23e-2),
-        (0.0714, 2.35e-2),
-        (0.0625, 2.46e-2),
-    ],
+    data: "4.0 1.957e-1, 2.0 1.947e-1, 1.0 1.735e-1, 0.5 1.6e-1, 0.25 8.44e-2, 0.167 6.27e-2, \
+           0.125 4.56e-2, 0.1 3.42e-2, 0.0833 3.23e-2, 0.0714 2.35e-2, 0.0625 2.46e-2",
     model: kowalik_osborne,
     starts: [&[25.0, 39.0, 41.5, 39.0], &[0.25, 0.39, 0.415, 0.39]],
     certified: &[
@@ -150,12 +95,17 @@ const MGH09: Problem = Problem {
 };
 
 impl Problem {
+    fn data(&self) -> Vec<[f64; 2]> {
+        let texts = self.data.split([',', ' ']).filter(|text| !text.is_empty());
+        let numbers: Vec<f64> = texts.map(|text| text.parse().expect("a number")).collect();
+        numbers.as_chunks().0.to_vec()
+    }
+
     fn residuals(&self, b: &DVector<f64>) -> Residuals {
-        let of: Vec<(f64, Vec<f64>)> =
-            self.data.iter().map(|(x, _)| (self.model)(*x, b.as_slice())).collect();
-        let n = self.data.len();
-        let off = DVector::from_fn(n, |i, _| of[i].0 - self.data[i].1);
-        (off, DMatrix::from_fn(n, b.len(), |i, j| of[i].1[j]))
+        let data = self.data();
+        let of: Vec<_> = data.iter().map(|[x, _]| (self.model)(*x, b.as_slice())).collect();
+        let off = DVector::from_fn(data.len(), |i, _| of[i].0 - data[i][1]);
+        (off, DMatrix::from_fn(data.len(), b.len(), |i, j| of[i].1[j]))
     }
 }
 
@@ -171,7 +121,7 @@ fn certified_parameters_deviations_and_sums_of_squares_are_reached_from_both_sta
             assert!((found.squares() / problem.squares - 1.0).abs() < 1e-9, "{name}");
             let (_, jacobian) = problem.residuals(&found.x);
             let covariance = jacobian.tr_mul(&jacobian).try_inverse().expect("it is regular");
-            let freedom = (problem.data.len() - start.len()) as f64;
+            let freedom = (problem.data().len() - start.len()) as f64;
             for (i, (value, deviation)) in problem.certified.iter().enumerate() {
                 assert!((found.x[i] / value - 1.0).abs() < 1e-6, "{name} {i}: {}", found.x[i]);
                 let ours = (covariance[(i, i)] * found.squares() / freedom).sqrt();
