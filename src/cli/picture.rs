@@ -1,12 +1,13 @@
 //! `soilsig picture`: figures of the pipeline's results.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args as ClapArgs, Subcommand};
 
 use super::arguments::{Changes, ending, number};
 use super::{Context, Outcome, usage};
 use crate::draw::picture::{self, Look, MOST_PANELS, placed_scene};
+use crate::scene::Scene;
 use crate::support::error::Error;
 use crate::support::output;
 
@@ -27,11 +28,7 @@ enum What {
         #[arg(long, value_name = "NAME")]
         prototype: Option<String>,
         #[command(flatten)]
-        changes: Changes,
-        #[command(flatten)]
-        side: Side,
-        #[command(flatten)]
-        file: File,
+        drawn: Drawn,
     },
     /// The drop in time, a strip of frames from the release to the rest
     Drop {
@@ -42,11 +39,7 @@ enum What {
               value_parser = clap::value_parser!(u16).range(2..=MOST_PANELS as i64))]
         frames: u16,
         #[command(flatten)]
-        changes: Changes,
-        #[command(flatten)]
-        side: Side,
-        #[command(flatten)]
-        file: File,
+        drawn: Drawn,
     },
     /// Several beds side by side at one scale, each with the shares of its materials in the view
     Coverages {
@@ -54,28 +47,22 @@ enum What {
         #[arg(required = true, num_args = 1..)]
         scenes: Vec<PathBuf>,
         #[command(flatten)]
-        changes: Changes,
-        #[command(flatten)]
-        side: Side,
-        #[command(flatten)]
-        file: File,
+        drawn: Drawn,
     },
     /// One bed: the sensor's view or, with --zenith or --azimuth, the whole bed from that side
     Patch {
         /// Folder of the pipeline's result, or a placed scene file
         scene: PathBuf,
         #[command(flatten)]
-        changes: Changes,
-        #[command(flatten)]
-        side: Side,
-        #[command(flatten)]
-        file: File,
+        drawn: Drawn,
     },
 }
 
-/// The direction of the view.
+/// How it is drawn, and where to.
 #[derive(ClapArgs)]
-struct Side {
+struct Drawn {
+    #[command(flatten)]
+    changes: Changes,
     /// Angle of the eye from straight above, degrees [default: grain 60, drop 72, coverages 0,
     /// patch 60]
     #[arg(long, value_name = "DEGREES", value_parser = zenith)]
@@ -83,10 +70,6 @@ struct Side {
     /// Angle of the eye's place from +x towards +y, degrees [default: -65; from above north is up]
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     azimuth: Option<f64>,
-}
-
-#[derive(ClapArgs)]
-struct File {
     /// PNG file to write
     #[arg(long, short, value_name = "FILE")]
     out: PathBuf,
@@ -95,14 +78,12 @@ struct File {
     width_px: Option<u16>,
 }
 
-impl Side {
+impl Drawn {
     fn look(&self, zenith_deg: f64, width_px: usize) -> Look {
         let azimuth_deg = self.azimuth.unwrap_or(-65.0);
         Look { zenith_deg: self.zenith.unwrap_or(zenith_deg), azimuth_deg, width_px }
     }
-}
 
-impl File {
     /// The width. Before the work it makes sure that the file can be written.
     fn width(&self, default: u16) -> Result<usize, Error> {
         if ending(&self.out) != "png" {
@@ -110,6 +91,10 @@ impl File {
         }
         output::may_write(&self.out)?;
         Ok(self.width_px.unwrap_or(default).into())
+    }
+
+    fn scene(&self, path: &Path) -> Result<Scene, Error> {
+        self.changes.of(placed_scene(path)?)
     }
 }
 
@@ -119,35 +104,33 @@ fn zenith(text: &str) -> Result<f64, String> {
 
 pub fn run(args: &Args, context: &Context) -> Outcome {
     let monitor = context.monitor;
-    let file = match &args.what {
-        What::Grain { scene, prototype, changes, side, file } => {
-            let look = side.look(60.0, file.width(800)?);
-            let scene = changes.of(placed_scene(scene)?)?;
-            picture::grain(&scene, prototype.as_deref(), look, &file.out, monitor)?;
-            file
+    let drawn = match &args.what {
+        What::Grain { scene, prototype, drawn } => {
+            let look = drawn.look(60.0, drawn.width(800)?);
+            let scene = drawn.scene(scene)?;
+            picture::grain(&scene, prototype.as_deref(), look, &drawn.out, monitor)?;
+            drawn
         }
-        What::Drop { scene, frames, changes, side, file } => {
-            let look = side.look(72.0, file.width(1200)?);
-            let scene = changes.of(placed_scene(scene)?)?;
-            picture::drop(&scene, (*frames).into(), look, &file.out, monitor)?;
-            file
+        What::Drop { scene, frames, drawn } => {
+            let look = drawn.look(72.0, drawn.width(1200)?);
+            picture::drop(&drawn.scene(scene)?, (*frames).into(), look, &drawn.out, monitor)?;
+            drawn
         }
-        What::Coverages { scenes, changes, side, file } => {
-            let look = side.look(0.0, file.width(1000)?);
-            let read = |path: &PathBuf| changes.of(placed_scene(path)?);
-            let scenes = scenes.iter().map(read).collect::<Result<Vec<_>, _>>()?;
-            picture::coverages(&scenes, look, &file.out, monitor)?;
-            file
+        What::Coverages { scenes, drawn } => {
+            let look = drawn.look(0.0, drawn.width(1000)?);
+            let scenes =
+                scenes.iter().map(|path| drawn.scene(path)).collect::<Result<Vec<_>, _>>()?;
+            picture::coverages(&scenes, look, &drawn.out, monitor)?;
+            drawn
         }
-        What::Patch { scene, changes, side, file } => {
-            let width_px = file.width(800)?;
-            let asked = side.zenith.is_some() || side.azimuth.is_some();
-            let look = asked.then(|| side.look(60.0, width_px));
-            let scene = changes.of(placed_scene(scene)?)?;
-            picture::patch(&scene, look, width_px, &file.out, monitor)?;
-            file
+        What::Patch { scene, drawn } => {
+            let width_px = drawn.width(800)?;
+            let asked = drawn.zenith.is_some() || drawn.azimuth.is_some();
+            let look = asked.then(|| drawn.look(60.0, width_px));
+            picture::patch(&drawn.scene(scene)?, look, width_px, &drawn.out, monitor)?;
+            drawn
         }
     };
-    context.print(&format!("picture in {}\n", file.out.display()))?;
+    context.print(&format!("picture in {}\n", drawn.out.display()))?;
     Ok(None)
 }
