@@ -20,7 +20,7 @@ use crate::support::random;
 use crate::support::scratch::Scratch;
 use crate::table::TableMaterial;
 use crate::tracer::Tracer;
-use crate::tracer::rules::{Facet, MOST_HITS, TracingRules};
+use crate::tracer::rules::{Facet, TracingRules};
 
 /// Shares of the fines that are left in the steps: the covers lie evenly.
 const KEPT: [f64; 9] = [0.0, 0.04, 0.09, 0.16, 0.25, 0.37, 0.53, 0.74, 1.0];
@@ -286,17 +286,7 @@ fn rules(materials: &[TableMaterial], by_angle: bool, bands: &[Vec<f64>]) -> Tra
     let greatest: Vec<f64> = (0..materials.len())
         .flat_map(|material| vec![greatest(material); kept.of_material()])
         .collect();
-    let sampler = random::Sampler::Even;
-    TracingRules {
-        kept,
-        facets,
-        sampler,
-        most_hits: MOST_HITS,
-        greatest,
-        least_weight: LEAST_WEIGHT,
-        nodes: Vec::new(),
-        layers: None,
-    }
+    TracingRules { greatest, least_weight: LEAST_WEIGHT, ..TracingRules::of_facets(kept, facets) }
 }
 
 /// The role of each material. What has the fines' spectrum, as the floor of shipped scenes, counts

@@ -62,7 +62,7 @@ const APART: f64 = 0.03;
 const FACETS: f64 = 0.02;
 
 /// The budget of a result.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Budget {
     /// The uncertainty of each band.
     pub bands: Vec<Share>,
@@ -333,8 +333,7 @@ mod tests {
         };
         let wider = Share { total: 0.3, rim: Some(0.05), wavelength_um: 9.0, ..share };
         let bands = vec![share, wider, Share { wavelength_um: 9.5, ..share }];
-        let budget =
-            Budget { bands, spectra_unknown: Vec::new(), floor_effect: None, by_cells: None };
+        let budget = Budget { bands, ..Budget::default() };
         assert_eq!(budget.widest(), wider);
         let text = budget.csv_text();
         let lines: Vec<&str> = text.lines().collect();

@@ -74,8 +74,8 @@ pub struct FirstHit {
 impl Tracer {
     /// Builds the acceleration structure.
     pub fn new(bed: Bed) -> Self {
-        let accelerator = Accelerator::new(&bed);
-        Self::with(bed, accelerator, None)
+        let accelerator = Arc::new(Accelerator::new(&bed));
+        Self::with(bed, accelerator)
     }
 
     /// The tracer of a scene whose files were read.
@@ -86,7 +86,8 @@ impl Tracer {
         Ok(Self { scene_sha256: Some(sources.sha256()?), ..Self::new(sources.bed()?) })
     }
 
-    fn with(bed: Bed, accelerator: Accelerator, scene_sha256: Option<String>) -> Self {
+    /// The tracer of a bed whose acceleration structure is there: it is the same from every side.
+    pub fn with(bed: Bed, accelerator: Arc<Accelerator>) -> Self {
         let lift_um = bed
             .placements
             .iter()
@@ -98,8 +99,8 @@ impl Tracer {
             })
             .collect();
         let field = Field::new(&bed, bed.domain.sides);
-        let (bed, accelerator) = (Arc::new(bed), Arc::new(accelerator));
-        Self { bed, scene_sha256, accelerator, lift_um, field, top_um: OnceLock::new() }
+        let (bed, top_um) = (Arc::new(bed), OnceLock::new());
+        Self { bed, scene_sha256: None, accelerator, lift_um, field, top_um }
     }
 
     /// The same bed within other sides.

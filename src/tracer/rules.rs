@@ -77,15 +77,26 @@ impl TracingRules {
     pub fn new(prepared: &Prepared) -> Self {
         let of =
             |m: &TableMaterial| Facet { specular: m.specular, by_angle: m.spectrum.is_angular() };
-        let facets: Vec<Facet> = prepared.materials.iter().map(of).collect();
-        let kept = prepared.kept;
-        let greatest = vec![1.0; kept.symbols(facets.len())];
-        let sampler = Sampler::Even;
+        let facets = prepared.materials.iter().map(of).collect();
         let nodes = prepared.nodes.as_ref();
         let nodes = nodes.map_or(Vec::new(), |nodes| Node::of(nodes, &prepared.materials));
         let layers = LayersOf::of(prepared);
-        let most_hits = MOST_HITS;
-        Self { kept, facets, sampler, most_hits, greatest, least_weight: 0.0, nodes, layers }
+        Self { nodes, layers, ..Self::of_facets(prepared.kept, facets) }
+    }
+
+    /// The rules for opaque facets of each material, all of one temperature or in order. No path is
+    /// given up for its weight.
+    pub fn of_facets(kept: Kept, facets: Vec<Facet>) -> Self {
+        Self {
+            kept,
+            sampler: Sampler::Even,
+            most_hits: MOST_HITS,
+            greatest: vec![1.0; kept.symbols(facets.len())],
+            facets,
+            least_weight: 0.0,
+            nodes: Vec::new(),
+            layers: None,
+        }
     }
 
     /// Gives up paths whose weight is below `least_weight` in each of the bands, which are given as

@@ -213,8 +213,7 @@ mod tests {
     use crate::histogram::kept::Kept;
     use crate::scene::Sides;
     use crate::support::monitor::Unwatched;
-    use crate::support::random::Sampler;
-    use crate::tracer::rules::{Facet, MOST_HITS};
+    use crate::tracer::rules::Facet;
     use glam::DVec3;
 
     /// Nothing but a floor, or not even that.
@@ -233,16 +232,8 @@ mod tests {
     }
 
     fn rules() -> TracingRules {
-        TracingRules {
-            kept: Kept::PLAIN,
-            facets: vec![Facet::LAMBERTIAN],
-            sampler: Sampler::Even,
-            most_hits: MOST_HITS,
-            greatest: vec![0.5],
-            least_weight: 0.0,
-            nodes: Vec::new(),
-            layers: None,
-        }
+        let rules = TracingRules::of_facets(Kept::PLAIN, vec![Facet::LAMBERTIAN]);
+        TracingRules { greatest: vec![0.5], ..rules }
     }
 
     #[test]

@@ -11,7 +11,7 @@ use soilsig::histogram::kept::Kept;
 use soilsig::scene::{Grid, Scene, Sides};
 use soilsig::support::error::Failure;
 use soilsig::support::monitor::Monitor;
-use soilsig::support::random::{Purpose, Sampler};
+use soilsig::support::random::Purpose;
 use soilsig::table::field::FieldSummary;
 use soilsig::table::{Prepared, StopReason, Table, Target};
 use soilsig::tracer::rules::{Facet, TracingRules};
@@ -95,16 +95,7 @@ fn a_bed_within_a_fields_sides_is_that_field() {
         let scene = Scene::read(&path).expect("a scene");
         trace::tracer(&scene).expect("a bed")
     });
-    let rules = TracingRules {
-        kept: Kept::PLAIN,
-        facets: vec![Facet::LAMBERTIAN; 2],
-        sampler: Sampler::Even,
-        most_hits: 128,
-        greatest: vec![1.0; 2],
-        least_weight: 0.0,
-        nodes: Vec::new(),
-        layers: None,
-    };
+    let rules = TracingRules::of_facets(Kept::PLAIN, vec![Facet::LAMBERTIAN; 2]);
     let tally = |tracer: &Tracer| {
         tracer.trace(&rules, 1, Purpose::Result, 0..4096, &|_| Ok(())).expect("traced")
     };

@@ -20,7 +20,7 @@ use soilsig::support::monitor::Unwatched;
 use soilsig::table::materials::reflectances;
 use soilsig::table::{Prepared, TableMaterial};
 use soilsig::tracer::Tracer;
-use soilsig::tracer::rules::{Facet, MOST_HITS, TracingRules};
+use soilsig::tracer::rules::{Facet, TracingRules};
 
 use crate::support::{Noise, Place, a_blender, shipped, shipped_path};
 
@@ -148,16 +148,7 @@ fn the_model_at_a_cover_is_what_a_trace_of_that_bed_gives() {
     let bed = thinning_bed(&scene);
     let fines = Fines::of(bed.bed(), &scene, SEED).expect("it has fines");
     let materials = materials(FacetModel::Library);
-    let rules = TracingRules {
-        kept: Kept::PLAIN,
-        facets: vec![Facet::LAMBERTIAN; materials.len()],
-        sampler: soilsig::support::random::Sampler::Even,
-        most_hits: MOST_HITS,
-        greatest: vec![1.0; materials.len()],
-        least_weight: 0.0,
-        nodes: Vec::new(),
-        layers: None,
-    };
+    let rules = TracingRules::of_facets(Kept::PLAIN, vec![Facet::LAMBERTIAN; materials.len()]);
     let model = soil(FacetModel::Library, On::All, None);
     let paths = Paths { rules: &rules, seed: SEED + 1, number: 1 << 14 };
     for kept in [0.31, 0.62] {

@@ -14,8 +14,8 @@ use soilsig::histogram::kept::Kept;
 use soilsig::histogram::{Histogram, Mean};
 use soilsig::products::export::{self, To};
 use soilsig::scene::Scene;
-use soilsig::support::random::{Purpose, Sampler};
-use soilsig::tracer::rules::{Facet, MOST_HITS, TracingRules};
+use soilsig::support::random::Purpose;
+use soilsig::tracer::rules::{Facet, TracingRules};
 use soilsig::tracer::trace;
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
 use tempfile::TempDir;
@@ -61,16 +61,7 @@ fn ours(path: &Path) -> Vec<Mean> {
     let scene = Scene::read(path).expect("the scene is sound");
     let tracer = trace::tracer(&scene).expect("its meshes are sound");
     let bands: Vec<Vec<f64>> = REFLECTANCES.iter().map(|rho| rho.to_vec()).collect();
-    let rules = TracingRules {
-        kept: Kept::PLAIN,
-        facets: vec![Facet::LAMBERTIAN; 3],
-        sampler: Sampler::Even,
-        most_hits: MOST_HITS,
-        greatest: vec![1.0; 3],
-        least_weight: 0.0,
-        nodes: Vec::new(),
-        layers: None,
-    };
+    let rules = TracingRules::of_facets(Kept::PLAIN, vec![Facet::LAMBERTIAN; 3]);
     let rules = rules.ending_below(1e-4, &bands);
     let tally = tracer.trace(&rules, 1, Purpose::Result, 0..PATHS, &|_| Ok(())).expect("traced");
     assert_eq!(tally.missed, 0, "the floor has no end");

@@ -8,7 +8,7 @@ use soilsig::geometry::{Bed, Domain, Mesh, Placement, ingest};
 use soilsig::histogram::kept::Kept;
 use soilsig::histogram::tally::Tally;
 use soilsig::scene::{Scene, Sides};
-use soilsig::support::random::{Purpose, Sampler};
+use soilsig::support::random::Purpose;
 use soilsig::tracer::Tracer;
 use soilsig::tracer::bvh::Accelerator;
 use soilsig::tracer::rules::{Facet, TracingRules};
@@ -61,18 +61,7 @@ fn bed(meshes: Vec<Mesh>, placements: Vec<Placement>, min_um: DVec3, max_um: DVe
 
 fn trace(bed: Bed, most_hits: u16, paths: u64) -> Tally {
     let facets = vec![Facet::LAMBERTIAN; bed.materials];
-    let greatest = vec![1.0; bed.materials];
-    let sampler = Sampler::Even;
-    let rules = TracingRules {
-        kept: Kept::PLAIN,
-        facets,
-        sampler,
-        most_hits,
-        greatest,
-        least_weight: 0.0,
-        nodes: Vec::new(),
-        layers: None,
-    };
+    let rules = TracingRules { most_hits, ..TracingRules::of_facets(Kept::PLAIN, facets) };
     Tracer::new(bed).trace(&rules, 3, Purpose::Result, 0..paths, &|_| Ok(())).expect("traced")
 }
 

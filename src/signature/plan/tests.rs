@@ -126,9 +126,8 @@ fn plan(
     let share = |i: usize| Share { wavelength_um: um(i), total: total(i), ..Share::default() };
     let budget = Budget {
         bands: (0..number).map(share).collect(),
-        spectra_unknown: Vec::new(),
-        floor_effect: None,
         by_cells: cells.map(<[f64]>::to_vec),
+        ..Budget::default()
     };
     let plan = Plan::new(&levels, &curves, &bands, &budget, tolerance, keeps_apart);
     (plan, (0..number).map(|i| [of(i).mean, total(i)]).collect())
@@ -204,16 +203,13 @@ fn the_intervals_of_planned_runs_hold_on_beds_of_blender() {
 #[test]
 fn bounds_that_leave_no_room_end_a_plan() {
     let bands = [Band::default()];
-    let ends = |drops: usize, rim: f64| {
-        let share = Share { total: rim + 0.001, rim: Some(rim), ..Share::default() };
-        let budget = Budget {
-            bands: vec![share],
-            spectra_unknown: Vec::new(),
-            floor_effect: None,
-            by_cells: None,
-        };
+    let plan = |drops: usize, share: Share| {
+        let budget = Budget { bands: vec![share], ..Budget::default() };
         let curves: Vec<Vec<f64>> = (0..drops).map(|i| vec![0.001 * (i % 2) as f64]).collect();
         Plan::new(&Levels::of_pairs(0, drops), &curves, &bands, &budget, 0.002, false)
+    };
+    let ends = |drops: usize, rim: f64| {
+        plan(drops, Share { total: rim + 0.001, rim: Some(rim), ..Share::default() })
     };
     // What a few beds say of the rim may be chance.
     let few = ends(5, 0.003);
@@ -222,19 +218,7 @@ fn bounds_that_leave_no_room_end_a_plan() {
     // Beds differ by .0005: 24 leave room for a rim that shrinks.
     let room = ends(24, 0.0015);
     assert!(!room.is_done() && room.wanted == Some(room.by), "{room:?}");
-}
-
-#[test]
-fn a_floor_that_leaves_no_room_ends_a_plan_at_once() {
-    let share = Share { total: 0.004, floor: 0.003, ..Share::default() };
-    let budget = Budget {
-        bands: vec![share],
-        spectra_unknown: Vec::new(),
-        floor_effect: None,
-        by_cells: None,
-    };
-    let curves: Vec<Vec<f64>> = (0..5).map(|i| vec![0.001 * f64::from(i % 2)]).collect();
-    let levels = Levels::of_pairs(0, 5);
-    let plan = Plan::new(&levels, &curves, &[Band::default()], &budget, 0.002, false);
-    assert_eq!((plan.is_done(), plan.wanted), (true, None));
+    // A floor ends it at once.
+    let floor = plan(5, Share { total: 0.004, floor: 0.003, ..Share::default() });
+    assert_eq!((floor.is_done(), floor.wanted), (true, None));
 }

@@ -4,25 +4,16 @@ use std::f64::consts::FRAC_PI_4;
 
 use soilsig::histogram::kept::Kept;
 use soilsig::histogram::tally::Tally;
-use soilsig::support::random::{Purpose, Sampler};
+use soilsig::support::random::Purpose;
 use soilsig::tracer::Tracer;
-use soilsig::tracer::rules::{Facet, MOST_HITS, TracingRules};
+use soilsig::tracer::rules::{Facet, TracingRules};
 
 use super::bodies::ball;
 
 const PATHS: u64 = 200_000;
 
 fn trace(zenith_deg: f64) -> Tally {
-    let rules = TracingRules {
-        kept: Kept::PLAIN,
-        facets: vec![Facet::LAMBERTIAN; 2],
-        sampler: Sampler::Even,
-        most_hits: MOST_HITS,
-        greatest: vec![1.0; 2],
-        least_weight: 0.0,
-        nodes: Vec::new(),
-        layers: None,
-    };
+    let rules = TracingRules::of_facets(Kept::PLAIN, vec![Facet::LAMBERTIAN; 2]);
     let tracer = Tracer::new(ball(zenith_deg));
     tracer.trace(&rules, 1, Purpose::Result, 0..PATHS, &|_| Ok(())).expect("not interrupted")
 }

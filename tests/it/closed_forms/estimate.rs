@@ -1,13 +1,16 @@
 //! Means to a standard error that is asked for, seen from one direction or from all.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use soilsig::geometry::Bed;
 use soilsig::histogram::kept::Kept;
 use soilsig::histogram::tally::Tally;
 use soilsig::histogram::{Histogram, Mean, Sources};
-use soilsig::support::random::{Purpose, Sampler};
+use soilsig::support::random::Purpose;
 use soilsig::tracer::Tracer;
-use soilsig::tracer::rules::{Facet, MOST_HITS, TracingRules};
+use soilsig::tracer::bvh::Accelerator;
+use soilsig::tracer::rules::{Facet, TracingRules};
 
 /// The standard error of every check.
 const STANDARD_ERROR: f64 = 1e-4;
@@ -79,22 +82,11 @@ fn traced(
     reflectances: &[Vec<f64>],
     means: &dyn Fn(&Histogram) -> Vec<Mean>,
 ) -> Vec<Mean> {
-    let rules = TracingRules {
-        kept,
-        facets: vec![Facet::LAMBERTIAN; bed.materials],
-        sampler: Sampler::Even,
-        most_hits: MOST_HITS,
-        greatest: vec![1.0; bed.materials],
-        least_weight: 0.0,
-        nodes: Vec::new(),
-        layers: None,
-    };
+    let rules = TracingRules::of_facets(kept, vec![Facet::LAMBERTIAN; bed.materials]);
     let rules = rules.ending_below(LEAST_WEIGHT, reflectances);
-    let tracers: Vec<Tracer> = view
-        .to_sensor()
-        .into_iter()
-        .map(|to_sensor| Tracer::new(Bed { to_sensor, ..bed.clone() }))
-        .collect();
+    let accelerator = Arc::new(Accelerator::new(bed));
+    let from = |to_sensor| Tracer::with(Bed { to_sensor, ..bed.clone() }, Arc::clone(&accelerator));
+    let tracers: Vec<Tracer> = view.to_sensor().into_iter().map(from).collect();
     let mut tally = Tally::new(bed.materials, kept);
     let (mut from, mut to) = (0, (LEAST / tracers.len() as u64).max(32));
     loop {
