@@ -1,8 +1,13 @@
-//! The numbers of a glTF file, and whether all of them are there.
+//! Whether the numbers of a glTF file are all there. The gltf crate leaves out or panics over those
+//! that are not.
 
+use std::iter;
 use std::path::Path;
 
-use super::file::{Accessor, COMPRESSED, Gltf, Sparse, SparsePart, View};
+use gltf::accessor::{self, DataType, Item};
+use gltf::{Buffer, Document};
+
+use super::file::{Accessor, COMPRESSED, Gltf, Sparse, View};
 use crate::support::file_error::FileError;
 
 /// Values of `componentType`.
@@ -10,10 +15,11 @@ pub(super) const FLOAT: &[u32] = &[5126];
 pub(super) const UNSIGNED: &[u32] = &[5121, 5123, 5125];
 pub(super) const SIGNED_OR_FLOAT: &[u32] = &[5120, 5122, 5126];
 
-/// A file, and those of its buffers that there are.
+/// A file, the same as the gltf crate has it, and those of its buffers that there are.
 pub(super) struct Data<'a> {
     pub path: &'a Path,
     pub file: &'a Gltf,
+    pub document: &'a Document,
     pub buffers: &'a [Option<&'a [u8]>],
 }
 
@@ -30,7 +36,7 @@ impl From<&str> for Fault {
     }
 }
 
-impl Data<'_> {
+impl<'a> Data<'a> {
     pub fn accessor(&self, number: usize) -> Result<&Accessor, FileError> {
         let place = || format!("accessor {number}");
         let of = self.file.accessors.get(number);
@@ -53,32 +59,40 @@ impl Data<'_> {
         Ok(accessor.count)
     }
 
-    /// The numbers of an accessor that was checked, element by element; zeros if it stands in no
-    /// buffer.
-    pub fn numbers<'b>(&'b self, number: usize) -> Vec<f64> {
-        let Some(accessor) = self.file.accessors.get(number) else { return Vec::new() };
-        let Accessor { byte_offset, component_type, count, .. } = *accessor;
-        let (width, size) = (width(&accessor.kind), bytes_of_number(component_type));
-        let element = move |bytes: &'b [u8]| {
-            (0..width).map(move |i| value(&bytes[i * size..][..size], component_type))
-        };
-        let of = |view: Option<usize>, offset, count| {
-            view.and_then(|view| self.strided(view, offset, count, width * size).ok())
-        };
-        let mut all = match of(accessor.buffer_view, byte_offset, count) {
-            Some((bytes, stride)) => bytes.chunks(stride).take(count).flat_map(element).collect(),
-            None => vec![0.0; width * count],
-        };
-        if let Some(Sparse { count, indices, values }) = accessor.sparse()
-            && let Some((values, stride)) = of(Some(values.buffer_view), values.byte_offset, *count)
-            && let Ok(places) = self.places(*count, indices)
-        {
-            for (place, bytes) in places.into_iter().zip(values.chunks(stride)) {
-                let own = all[width * place..].iter_mut();
-                own.zip(element(bytes)).for_each(|(own, value)| *own = value);
-            }
+    /// The elements of an accessor that was checked; zeros if it stands in no buffer.
+    pub fn elements<T: Item + 'a>(&self, number: usize) -> Vec<T> {
+        let Some(accessor) = self.document.accessors().nth(number) else { return Vec::new() };
+        let count = accessor.count();
+        match accessor::Iter::new(accessor, |buffer: Buffer| self.buffers[buffer.index()]) {
+            Some(elements) => elements.collect(),
+            None => iter::repeat_with(T::zero).take(count).collect(),
         }
-        all
+    }
+
+    /// The same of whole numbers without a sign.
+    pub fn indices(&self, number: usize) -> Vec<u32> {
+        match self.document.accessors().nth(number).map(|accessor| accessor.data_type()) {
+            Some(DataType::U8) => self.elements::<u8>(number).into_iter().map(u32::from).collect(),
+            Some(DataType::U16) => {
+                self.elements::<u16>(number).into_iter().map(u32::from).collect()
+            }
+            _ => self.elements(number),
+        }
+    }
+
+    /// The same of four numbers each, singles or whole numbers with a sign.
+    pub fn fours(&self, number: usize) -> Vec<[f32; 4]> {
+        match self.document.accessors().nth(number).map(|accessor| accessor.data_type()) {
+            Some(DataType::I8) => {
+                self.elements(number).into_iter().map(|four: [i8; 4]| four.map(f32::from)).collect()
+            }
+            Some(DataType::I16) => self
+                .elements(number)
+                .into_iter()
+                .map(|four: [i16; 4]| four.map(f32::from))
+                .collect(),
+            _ => self.elements(number),
+        }
     }
 
     fn try_check(&self, accessor: &Accessor, kind: &str, numbers: &[u32]) -> Result<(), Fault> {
@@ -90,7 +104,12 @@ impl Data<'_> {
             let problem = format!("its componentType is {component_type}, not one of {numbers:?}");
             return Err(Fault::Wrong(problem));
         }
-        let size = width(kind) * bytes_of_number(component_type);
+        let width = match kind {
+            "SCALAR" => 1,
+            "VEC3" => 3,
+            _ => 4,
+        };
+        let size = width * bytes_of_number(component_type);
         if count == 0 {
             return Err("it is empty".into());
         }
@@ -100,32 +119,29 @@ impl Data<'_> {
             // Zeros; but what uses them is somewhere in the buffers.
             return Err("it has more elements than the buffers have bytes".into());
         }
-        accessor.sparse().map_or(Ok(()), |sparse| self.check_sparse(sparse, count, size))
+        match &accessor.sparse {
+            Some(sparse) if sparse.count > 0 => self.check_sparse(sparse, count, size),
+            _ => Ok(()),
+        }
     }
 
     /// Whether a sparse accessor names elements that are there, in their order.
     fn check_sparse(&self, sparse: &Sparse, count: usize, size: usize) -> Result<(), Fault> {
         let Sparse { count: own, indices, values } = sparse;
+        let kind = indices.component_type.filter(|kind| UNSIGNED.contains(kind));
+        let width = bytes_of_number(kind.ok_or("its sparse indices are not whole numbers")?);
         self.strided(values.buffer_view, values.byte_offset, *own, size)?;
+        let (places, stride) =
+            self.strided(indices.buffer_view, indices.byte_offset, *own, width)?;
+        let place = |bytes: &[u8]| bytes.iter().rev().fold(0, |sum, &b| sum << 8 | usize::from(b));
         let mut least = 0;
-        for place in self.places(*own, indices)? {
+        for place in places.chunks(stride).take(*own).map(|bytes| place(&bytes[..width])) {
             if place < least || place >= count {
                 return Err("its sparse indices are out of order or too large".into());
             }
             least = place + 1;
         }
         Ok(())
-    }
-
-    /// The places of the elements that a sparse accessor names.
-    fn places(&self, count: usize, indices: &SparsePart) -> Result<Vec<usize>, Fault> {
-        let kind = indices.component_type.filter(|kind| UNSIGNED.contains(kind));
-        let kind = kind.ok_or("its sparse indices are not whole numbers")?;
-        let width = bytes_of_number(kind);
-        let (bytes, stride) =
-            self.strided(indices.buffer_view, indices.byte_offset, count, width)?;
-        let place = |bytes: &[u8]| value(&bytes[..width], kind) as usize;
-        Ok(bytes.chunks(stride).take(count).map(place).collect())
     }
 
     /// The bytes of so many elements of a view, `size` bytes each, and from one to the next.
@@ -167,25 +183,5 @@ fn bytes_of_number(component_type: u32) -> usize {
         5120 | 5121 => 1,
         5122 | 5123 => 2,
         _ => 4,
-    }
-}
-
-/// Numbers of an element.
-fn width(kind: &str) -> usize {
-    match kind {
-        "SCALAR" => 1,
-        "VEC3" => 3,
-        _ => 4,
-    }
-}
-
-/// A number by its bytes, the least first.
-fn value(bytes: &[u8], component_type: u32) -> f64 {
-    let whole = bytes.iter().rev().fold(0_u32, |sum, &byte| sum << 8 | u32::from(byte));
-    match component_type {
-        5120 => (whole as u8 as i8).into(),
-        5122 => (whole as u16 as i16).into(),
-        5126 => f32::from_bits(whole).into(),
-        _ => whole.into(),
     }
 }

@@ -1,10 +1,11 @@
-//! What of a glTF 2.0 file makes a surface, as the specification by Khronos names it. Other parts
-//! may be broken.
+//! What of a glTF 2.0 file makes a surface, as the specification by Khronos names it. The gltf crate
+//! is given this and nothing else: it refuses or panics on files whose other parts are broken.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use serde::Deserialize;
+use gltf::Document;
+use serde::{Deserialize, Serialize};
 
 use crate::support::file_error::FileError;
 use crate::support::text;
@@ -12,9 +13,10 @@ use crate::support::text;
 /// What to do about a mesh that is compressed.
 pub(super) const COMPRESSED: &str = "export the mesh again without compression";
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Gltf {
+    asset: Asset,
     pub scene: Option<usize>,
     #[serde(default)]
     pub scenes: Vec<Scene>,
@@ -32,25 +34,26 @@ pub(super) struct Gltf {
     pub buffers: Vec<Buffer>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 pub(super) struct Scene {
     #[serde(default)]
     pub nodes: Vec<usize>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 pub(super) struct Node {
     pub name: Option<String>,
     #[serde(default)]
     pub children: Vec<usize>,
     pub mesh: Option<usize>,
+    #[serde(skip_serializing)]
     pub skin: Option<usize>,
     pub weights: Option<Vec<f64>>,
     pub matrix: Option<[f64; 16]>,
     pub translation: Option<[f64; 3]>,
     pub rotation: Option<[f64; 4]>,
     pub scale: Option<[f64; 3]>,
-    #[serde(default)]
+    #[serde(default, skip_serializing)]
     pub extensions: NodeExtensions,
 }
 
@@ -73,7 +76,7 @@ pub(super) struct Visibility {
     pub visible: Option<bool>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 pub(super) struct Mesh {
     pub name: Option<String>,
     #[serde(default)]
@@ -81,7 +84,7 @@ pub(super) struct Mesh {
     pub weights: Option<Vec<f64>>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 pub(super) struct Primitive {
     #[serde(default)]
     pub attributes: Attributes,
@@ -91,15 +94,17 @@ pub(super) struct Primitive {
     pub mode: u32,
     #[serde(default)]
     pub targets: Vec<Attributes>,
-    #[serde(default)]
+    #[serde(default, skip_serializing)]
     pub extensions: PrimitiveExtensions,
 }
 
 /// Accessors of the vertices; those of a morph target change them.
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, Serialize)]
 #[serde(rename_all = "UPPERCASE")]
 pub(super) struct Attributes {
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub normal: Option<usize>,
 }
 
@@ -115,49 +120,53 @@ pub(super) struct PrimitiveExtensions {
     pub draco: Option<serde::de::IgnoredAny>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 pub(super) struct Material {
     pub name: Option<String>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Accessor {
     pub buffer_view: Option<usize>,
     #[serde(default)]
     pub byte_offset: usize,
     pub component_type: u32,
+    #[serde(default)]
+    pub normalized: bool,
     pub count: usize,
     #[serde(rename = "type")]
     pub kind: String,
-    sparse: Option<Sparse>,
+    #[serde(skip_serializing_if = "Sparse::is_empty")]
+    pub sparse: Option<Sparse>,
 }
 
-impl Accessor {
-    /// The elements that replace others, if there are any.
-    pub fn sparse(&self) -> Option<&Sparse> {
-        self.sparse.as_ref().filter(|sparse| sparse.count > 0)
-    }
-}
-
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 pub(super) struct Sparse {
     pub count: usize,
     pub indices: SparsePart,
     pub values: SparsePart,
 }
 
-#[derive(Deserialize)]
+impl Sparse {
+    #[allow(clippy::ref_option, reason = "serde passes a reference")]
+    fn is_empty(of: &Option<Self>) -> bool {
+        of.as_ref().is_none_or(|sparse| sparse.count == 0)
+    }
+}
+
+#[derive(Deserialize, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct SparsePart {
     pub buffer_view: usize,
     #[serde(default)]
     pub byte_offset: usize,
     /// Of the indices only.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub component_type: Option<u32>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct View {
     pub buffer: usize,
@@ -165,7 +174,7 @@ pub(super) struct View {
     pub byte_offset: usize,
     pub byte_length: usize,
     pub byte_stride: Option<usize>,
-    #[serde(default)]
+    #[serde(default, skip_serializing)]
     pub extensions: ViewExtensions,
 }
 
@@ -185,11 +194,21 @@ impl ViewExtensions {
     }
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Buffer {
+    #[serde(skip_serializing)]
     pub uri: Option<String>,
     pub byte_length: usize,
+}
+
+impl Gltf {
+    /// The same as the gltf crate has it.
+    pub fn document(&self, path: &Path) -> Result<Document, FileError> {
+        let wrong = |error: serde_json::Error| FileError::wrong(path, error.to_string());
+        let json = serde_json::to_value(self).map_err(wrong)?;
+        Ok(Document::from_json_without_validation(serde_json::from_value(json).map_err(wrong)?))
+    }
 }
 
 /// What a file says of itself.
@@ -201,7 +220,7 @@ struct Head {
     extensions_required: Vec<String>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(rename_all = "camelCase")]
 struct Asset {
     version: String,

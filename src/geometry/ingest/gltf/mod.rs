@@ -1,7 +1,7 @@
-//! glTF 2.0, text or binary. Nodes that share a mesh stay instances.
+//! glTF 2.0, text or binary, through the gltf crate. Nodes that share a mesh stay instances.
 //!
-//! What is no surface is left out, extensions are applied or refused, and numbers are read only
-//! where all of them are there.
+//! The file is looked at before the crate has it: what is no surface is left out, extensions are
+//! applied or refused, and the crate reads only numbers that are all there.
 
 mod accessor;
 mod buffers;
@@ -36,7 +36,8 @@ pub(super) fn read(
     let (file, blob) = file::parse(path, bytes)?;
     let in_text = buffers::in_text(path, &file)?;
     let buffers = buffers::all(path, &file, blob, &in_text, files)?;
-    let data = Data { path, file: &file, buffers: &buffers };
+    let document = file.document(path)?;
+    let data = Data { path, file: &file, document: &document, buffers: &buffers };
     let mut parts = Vec::new();
     for (shape, places) in nodes::places(&data, object)? {
         let Some((mesh, middle)) = surface(&data, &shape, unit_um, materials)? else { continue };

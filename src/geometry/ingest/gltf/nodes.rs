@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, DVec4};
+use glam::{DAffine3, DMat3, DQuat, DVec4, Mat4, Vec3, Vec4};
+use gltf::scene::Transform;
 
 use super::Shape;
 use super::accessor::{Data, FLOAT, SIGNED_OR_FLOAT};
-use super::file::{Instances, Node};
+use super::file::Instances;
 use crate::geometry::ingest::IngestError;
 use crate::support::file_error::FileError;
 
@@ -31,14 +32,18 @@ pub(super) fn places(
         scene.nodes.iter().map(|&node| (node, DAffine3::IDENTITY, object.is_none())).collect();
     while let Some((number, above, inside)) = waiting.pop() {
         let at = |problem: &str| FileError::wrong_at(data.path, format!("node {number}"), problem);
-        let node = file.nodes.get(number).ok_or_else(|| at("the file has no such node"))?;
+        let (node, read) = file
+            .nodes
+            .get(number)
+            .zip(data.document.nodes().nth(number))
+            .ok_or_else(|| at("the file has no such node"))?;
         if std::mem::replace(&mut is_met[number], true) {
             return Err(at("it stands below two nodes, or below itself").into());
         }
         if node.extensions.visibility.as_ref().and_then(|of| of.visible) == Some(false) {
             continue;
         }
-        let place = above * place_of(node).map_err(at)?;
+        let place = above * place_of(&read.transform()).map_err(at)?;
         names.extend(node.name.clone());
         let inside = inside || object.is_some_and(|object| node.name.as_deref() == Some(object));
         if let (Some(mesh), true) = (node.mesh, inside) {
@@ -83,26 +88,25 @@ pub(super) fn places(
 }
 
 /// The place that a node has below another, or what is wrong with it.
-fn place_of(node: &Node) -> Result<DAffine3, &'static str> {
-    let Some(matrix) = node.matrix else {
-        return Ok(placed(node.translation, node.rotation, node.scale));
-    };
-    let matrix = DMat4::from_cols_array(&matrix);
-    if matrix.row(3) != DVec4::W {
-        return Err("the last row of its matrix is not 0, 0, 0, 1");
+fn place_of(transform: &Transform) -> Result<DAffine3, &'static str> {
+    match transform {
+        Transform::Decomposed { translation, rotation, scale } => {
+            Ok(placed(*translation, *rotation, *scale))
+        }
+        Transform::Matrix { matrix } => {
+            let matrix = Mat4::from_cols_array_2d(matrix).as_dmat4();
+            if matrix.row(3) != DVec4::W {
+                return Err("the last row of its matrix is not 0, 0, 0, 1");
+            }
+            Ok(DAffine3::from_mat4(matrix))
+        }
     }
-    Ok(DAffine3::from_mat4(matrix))
 }
 
 /// A place by its shift, its turn, as x, y, z, w of a quaternion, and its scale.
-fn placed(
-    translation: Option<[f64; 3]>,
-    rotation: Option<[f64; 4]>,
-    scale: Option<[f64; 3]>,
-) -> DAffine3 {
-    let translation = translation.map_or(DVec3::ZERO, DVec3::from_array);
-    let rotation = rotation.map_or(DVec4::W, DVec4::from_array).normalize_or(DVec4::W);
-    let scale = scale.map_or(DVec3::ONE, DVec3::from_array);
+fn placed(translation: [f32; 3], rotation: [f32; 4], scale: [f32; 3]) -> DAffine3 {
+    let [translation, scale] = [translation, scale].map(|of| Vec3::from_array(of).as_dvec3());
+    let rotation = Vec4::from_array(rotation).as_dvec4().normalize_or(DVec4::W);
     DAffine3::from_scale_rotation_translation(scale, DQuat::from_vec4(rotation), translation)
 }
 
@@ -127,20 +131,20 @@ fn instances_of(
         }
         Ok::<_, FileError>(number)
     };
-    let numbers = |number| data.numbers(number);
-    let shifts = attribute("TRANSLATION", "VEC3", FLOAT)?.map(numbers);
+    let shifts = attribute("TRANSLATION", "VEC3", FLOAT)?.map(|number| data.elements(number));
     // Whole numbers are as good: a quaternion has the length 1.
-    let turns = attribute("ROTATION", "VEC4", SIGNED_OR_FLOAT)?.map(numbers);
-    let scales = attribute("SCALE", "VEC3", FLOAT)?.map(numbers);
+    let turns = attribute("ROTATION", "VEC4", SIGNED_OR_FLOAT)?.map(|number| data.fours(number));
+    let scales = attribute("SCALE", "VEC3", FLOAT)?.map(|number| data.elements(number));
     let count = counts.first().copied().unwrap_or(1);
     if counts.iter().any(|&other| other != count) {
         let problem = "the attributes of its instances are not equally many";
         return Err(FileError::wrong_at(data.path, format!("node {node}"), problem));
     }
     let at = |i: usize| {
-        let of_three = |all: &Vec<f64>| all.as_chunks().0[i];
-        let turn = turns.as_ref().map(|all| all.as_chunks().0[i]);
-        placed(shifts.as_ref().map(of_three), turn, scales.as_ref().map(of_three))
+        let shift = shifts.as_ref().map_or([0.0; 3], |all| all[i]);
+        let turn = turns.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |all| all[i]);
+        let scale = scales.as_ref().map_or([1.0; 3], |all| all[i]);
+        placed(shift, turn, scale)
     };
     Ok((0..count).map(at).collect())
 }

@@ -1,6 +1,6 @@
 //! The vertices of a part of a glTF mesh, and the triangles that name them.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::Shape;
 use super::accessor::{Data, FLOAT, SIGNED_OR_FLOAT, UNSIGNED};
@@ -89,17 +89,16 @@ impl<'a> Vertices<'a> {
     /// The vertices that triangles name.
     pub fn indices(&self) -> Vec<u32> {
         let all = || (0..self.count as u32).collect();
-        let named = self.primitive.indices.map(|number| self.data.numbers(number).into_iter());
-        named.map_or_else(all, |named| named.map(|number| number as u32).collect())
+        self.primitive.indices.map_or_else(all, |number| self.data.indices(number))
     }
 
     /// The vectors of an accessor, with what the morph targets change.
     fn changed(&self, number: usize, of: impl Fn(&Attributes) -> Option<usize>) -> Vec<DVec3> {
         let read = |number| {
-            let numbers = self.data.numbers(number);
-            numbers.as_chunks().0.iter().copied().map(DVec3::from_array).collect::<Vec<_>>()
+            let vectors = self.data.elements(number).into_iter();
+            vectors.map(|vector: [f32; 3]| Vec3::from_array(vector).as_dvec3())
         };
-        let mut vectors: Vec<DVec3> = read(number);
+        let mut vectors: Vec<DVec3> = read(number).collect();
         for &(weight, target) in &self.targets {
             for (vector, change) in vectors.iter_mut().zip(of(target).into_iter().flat_map(read)) {
                 *vector += weight * change;
