@@ -62,11 +62,13 @@ fn only_fresnel_facets_reflect_by_angle_and_their_emissivity_is_hemispherical() 
 #[test]
 fn a_stored_spectrum_reads_back_the_same() {
     let tabulated = csv("8,0.2\n10,0.6\n").expect("a spectrum");
+    let fine = Spectrum::builtin("quartz_fine").expect("shipped");
     for spectrum in [
         Spectrum::Constant(0.3),
         Spectrum::builtin("quartz_coarse").expect("shipped"),
         Spectrum::Tabulated(tabulated),
         Spectrum::fresnel("quartz").expect("shipped"),
+        Spectrum::Mix(Mix::new(vec![(0.25, Spectrum::Constant(0.5)), (0.75, fine)])),
         Spectrum::of_crystal(Crystal {
             title: "half".into(),
             ..crystal("quartz_zeidler").expect("shipped").clone()

@@ -80,7 +80,10 @@ fn what_a_scene_does_not_know_is_refused_with_the_change() {
         ("view.zenith_deg=95", 3),
         ("temperature_k=warm", 3),
         ("materials.dust.temperature_k=310", 3),
+        ("temperature_k.max=3", 3),
+        ("temperature_k=null", 3),
         ("sky_temperature_k", 2),
+        ("view..zenith_deg=3", 2),
     ] {
         told +=
             &place.refused(&["trace", "scene.json", "--out", "t.json", "--set", change], status);

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use serde_json::{Value, json};
 use soilsig::beds::HULLS;
@@ -9,12 +10,38 @@ use soilsig::support::random::seed_of;
 use soilsig::support::statistics::quantile_95;
 
 use crate::blender_control::fake::Fake;
-use crate::support::{Place, a_blender, real_blenders, shipped, shipped_json, with_script};
+use crate::support::{
+    OfBlenders, Place, a_blender, real_blenders, shipped, shipped_json, with_script,
+};
+
+/// What a Blender made, and what the program said of it. The cache keeps its beds.
+struct Made {
+    place: Place,
+    said: String,
+}
+
+/// Two packings of the small recipe in `two`, dropped one after the other without a word of a
+/// tolerance.
+fn two(blender: &Path) -> Arc<Made> {
+    static TWO: OfBlenders<Made> = OfBlenders::new();
+    TWO.of(blender, |blender| {
+        let place = Place::kept();
+        let scene = shipped("small.json");
+        let args = ["pipeline", "--scene", &scene, "--packings", "2", "--out", "two"];
+        let mut command = place.soilsig_with(blender, &args);
+        command.args(["--threads", "1", "--range", "8-12", "--step", "0.5"]);
+        let output = command.output().expect("it runs");
+        let said = String::from_utf8_lossy(&[output.stderr, output.stdout].concat()).into_owned();
+        assert!(output.status.success(), "{said}");
+        Made { place, said }
+    })
+}
 
 #[test]
 fn the_interval_holds_the_spread_between_packings() {
-    let place = Place::new();
     let Some(blender) = a_blender() else { return };
+    let made = two(&blender);
+    let place = &made.place;
     let run = |packings: &str| {
         let args =
             ["pipeline", "--scene", &shipped("small.json"), "--packings", packings, "--out", "r"];
@@ -58,16 +85,14 @@ fn the_interval_holds_the_spread_between_packings() {
 /// A Blender makes several beds one after the other: none may know of those before it.
 #[test]
 fn a_packing_is_the_same_whatever_was_dropped_before_it() {
-    let place = Place::new();
-    for (number, blender) in real_blenders().into_iter().enumerate() {
-        let (several, alone) = (format!("several{number}"), format!("alone{number}"));
-        let args =
-            ["pipeline", "--scene", &shipped("small.json"), "--tolerance", "0.3", "--no-cache"];
-        let of = |more: &[&str]| place.run_with(&blender, &[&args[..], more].concat());
-        of(&["--packings", "2", "--threads", "1", "--out", &several]);
-        of(&["--packings", "1", "--seed", &seed_of(1, 1).to_string(), "--out", &alone]);
-        let several = place.path(several).join("packings/2");
-        let alone = place.path(alone);
+    for blender in real_blenders() {
+        let made = two(&blender);
+        let (place, seed) = (&made.place, seed_of(1, 1).to_string());
+        let scene = shipped("small.json");
+        let args = ["pipeline", "--scene", &scene, "--no-cache", "--seed", &seed, "--out", "alone"];
+        let more = ["--packings", "1", "--tolerance", "0.3", "--range", "9-9"];
+        place.run_with(&blender, &[&args[..], &more].concat());
+        let (several, alone) = (place.path("two/packings/2"), place.path("alone"));
         let read = |folder: &Path| fs::read(folder.join("prototypes.obj")).expect("written");
         assert_eq!(read(&several), read(&alone));
         let geometry = |folder: &Path| place.json(folder.join("scene.json"))["geometry"].clone();
@@ -113,15 +138,10 @@ fn a_bed_that_touches_comes_with_its_bed_of_hulls() {
 /// Nobody asked the beds to agree.
 #[test]
 fn a_number_of_packings_without_a_tolerance_draws_no_warning_of_one() {
-    let place = Place::new();
     let Some(blender) = a_blender() else { return };
-    let args = ["pipeline", "--scene", &shipped("small.json"), "--packings", "2", "--out", "r"];
-    let mut command = place.soilsig_with(&blender, &args);
-    let output = command.output().expect("it runs");
-    let said = [output.stderr, output.stdout].concat();
-    let said = String::from_utf8_lossy(&said);
-    assert!(output.status.success() && !said.contains("warning"), "{said}");
-    let record = place.json("r/run.json");
+    let Made { place, said } = &*two(&blender);
+    assert!(!said.contains("warning"), "{said}");
+    let record = place.json("two/run.json");
     let reached = record["reached"].as_object().expect("scenes").values().next().expect("one");
     assert_eq!(
         (&reached["tolerance_of"], &record["options"]["tolerance"]),
@@ -132,21 +152,8 @@ fn a_number_of_packings_without_a_tolerance_draws_no_warning_of_one() {
 
 #[test]
 fn packings_replay_to_the_byte() {
-    let place = Place::new();
     let Some(blender) = a_blender() else { return };
-    let args = [
-        "pipeline",
-        "--scene",
-        &shipped("small.json"),
-        "--packings",
-        "2",
-        "--tolerance",
-        "0.5",
-        "--out",
-        "r",
-    ];
-    place.run_with(&blender, &args);
-    let said = place.run_with(&blender, &["replay", "r/run.json", "--threads", "1"]);
+    let said = two(&blender).place.run_with(&blender, &["replay", "two/run.json"]);
     for file in ["packings/2/scene.json", "packings/2/table.json", "signature.csv"] {
         assert!(said.contains(file), "{said}");
     }
@@ -163,16 +170,16 @@ fn dusted(place: &Place, fines: u32, grains: u32) -> String {
     "dusted.json".into()
 }
 
-/// The record of a run of a scene within a tolerance.
-fn planned(place: &Place, blender: &Path, scene: &str, tolerance: &str) -> Value {
-    let args = ["pipeline", "--scene", scene, "--out", "r", "--json"];
+/// The record of a run of a scene within a tolerance, into a folder.
+fn planned(place: &Place, blender: &Path, scene: &str, tolerance: &str, out: &str) -> Value {
+    let args = ["pipeline", "--scene", scene, "--out", out, "--json"];
     let run = place.run_with(blender, &[&args[..], &["--tolerance", tolerance]].concat());
     serde_json::from_str(&run).expect("JSON")
 }
 
 /// The widest total is one number, in the record and in the curve.
-fn total(place: &Place, reached: &Value) -> f64 {
-    let csv = fs::read_to_string(place.path("r/signature.csv")).expect("written");
+fn total(place: &Place, out: &str, reached: &Value) -> f64 {
+    let csv = fs::read_to_string(place.path(out).join("signature.csv")).expect("written");
     let mut reader = csv::Reader::from_reader(csv.as_bytes());
     let headings = reader.headers().expect("headings").clone();
     let at = headings.iter().position(|h| h == "emissivity_total_half_width_95").expect("there");
@@ -184,15 +191,34 @@ fn total(place: &Place, reached: &Value) -> f64 {
     said
 }
 
+/// A planned run into `refused` whose first drop is refused, and its record. The cache keeps the
+/// beds after it.
+fn with_a_bed_refused(blender: &Path) -> Arc<(Place, Value)> {
+    static REFUSED: OfBlenders<(Place, Value)> = OfBlenders::new();
+    REFUSED.of(blender, |blender| {
+        let place = Place::kept();
+        let name = blender.file_name().expect("a program").to_string_lossy();
+        let refused = r#"{"event":"error","kind":"sunk","message":"a grain sank","hint":null}"#;
+        let body = format!(
+            "case \"$*\" in *drop.py*) mkdir \"$here/once\" 2>/dev/null && \
+             {{ echo '@soilsig {refused}'; exit 13; }};; esac\nexec '{}' \"$@\"",
+            blender.display()
+        );
+        let fake = Fake::named(&name, &body);
+        let record = planned(&place, &fake.path, &dusted(&place, 0, 6), "0.015", "refused");
+        (place, record)
+    })
+}
+
 #[test]
 fn as_many_beds_are_dropped_as_the_tolerance_takes() {
-    let place = Place::new();
     let Some(blender) = a_blender() else { return };
-    let record = planned(&place, &blender, &dusted(&place, 0, 6), "0.015");
+    let (place, _) = &*with_a_bed_refused(&blender);
+    let record = planned(place, &blender, "dusted.json", "0.015", "r");
     let reached = &record["reached"]["settled_patch"];
     let plan = &reached["plan"];
     assert_eq!(record["options"]["packings"], "auto");
-    assert!(total(&place, reached) <= 0.015, "{reached}");
+    assert!(total(place, "r", reached) <= 0.015, "{reached}");
     assert_eq!(
         (&reached["tolerance_of"], &reached["tolerance_reached"]),
         (&"total".into(), &true.into())
@@ -205,35 +231,25 @@ fn as_many_beds_are_dropped_as_the_tolerance_takes() {
     assert_eq!(reached["packings"], beds);
     assert!(beds > 4, "{plan}");
     // A loose tolerance takes one bed.
-    let one = planned(&place, &blender, &dusted(&place, 0, 6), "0.3");
+    let one = planned(place, &blender, "dusted.json", "0.3", "r");
     let reached = &one["reached"]["settled_patch"];
-    assert!(total(&place, reached) <= 0.3, "{reached}");
+    assert!(total(place, "r", reached) <= 0.3, "{reached}");
     assert_eq!(reached["packings"], 1);
     assert!(!place.path("r/packings").exists() && place.path("r/table.json").exists());
 }
 
 #[test]
 fn the_next_bed_stands_for_one_that_blender_refuses() {
-    let place = Place::new();
     let Some(blender) = a_blender() else { return };
-    // The first drop is refused, those after it are Blender's own.
-    let name = blender.file_name().expect("a program").to_string_lossy();
-    let refused = r#"{"event":"error","kind":"sunk","message":"a grain sank","hint":null}"#;
-    let body = format!(
-        "case \"$*\" in *drop.py*) mkdir \"$here/once\" 2>/dev/null && \
-         {{ echo '@soilsig {refused}'; exit 13; }};; esac\nexec '{}' \"$@\"",
-        blender.display()
-    );
-    let fake = Fake::named(&name, &body);
-    let record = planned(&place, &fake.path, &dusted(&place, 0, 6), "0.015");
+    let (place, record) = &*with_a_bed_refused(&blender);
     let reached = &record["reached"]["settled_patch"];
     let refused = reached["refused"][0].as_str().expect("a text");
     assert!(refused.contains("stands for bed") && refused.contains("a grain sank"), "{refused}");
-    assert!(total(&place, reached) <= 0.015, "{reached}");
-    let beds = fs::read_dir(place.path("r/packings")).expect("written").count();
+    assert!(total(place, "refused", reached) <= 0.015, "{reached}");
+    let beds = fs::read_dir(place.path("refused/packings")).expect("written").count();
     assert_eq!(reached["packings"], beds);
     // No log of the refused bed is left.
-    let files = fs::read_dir(place.path("r")).expect("written");
+    let files = fs::read_dir(place.path("refused")).expect("written");
     let logs =
         files.filter(|f| f.as_ref().is_ok_and(|f| f.path().extension() == Some("log".as_ref())));
     assert_eq!(logs.count(), 0);
@@ -244,9 +260,9 @@ fn the_next_bed_stands_for_one_that_blender_refuses() {
 fn some_beds_are_dropped_until_fines_touch_where_hulls_keep_them_apart() {
     let place = Place::new();
     let Some(blender) = a_blender() else { return };
-    let record = planned(&place, &blender, &dusted(&place, 10, 6), "0.02");
+    let record = planned(&place, &blender, &dusted(&place, 10, 6), "0.03", "r");
     let reached = &record["reached"]["settled_patch"];
-    assert!(total(&place, reached) <= 0.02, "{reached}");
+    assert!(total(&place, "r", reached) <= 0.03, "{reached}");
     assert!(reached["budget"]["apart"].is_null());
     let beds = &reached["plan"]["by"];
     let [drops, pairs] = ["drops", "pairs"].map(|of| beds[of].as_u64().expect("a number"));

@@ -194,11 +194,11 @@ fn the_same_bytes_for_any_number_of_threads() {
         &["drop", "scene.json"],
         &["coverages", &patch, "scene.json", "--zenith", "30"],
     ] {
-        let bytes = ["1", "2", "5"].map(|threads| {
+        let bytes = ["1", "5"].map(|threads| {
             place.picture(&[what, &["--threads", threads, "--width-px", "300"]].concat());
             fs::read(place.path("p.png")).expect("written")
         });
-        assert!(bytes.windows(2).all(|pair| pair[0] == pair[1]), "{what:?}");
+        assert!(bytes[0] == bytes[1], "{what:?}");
     }
 }
 

@@ -141,6 +141,8 @@ fn a_cache_of_others_is_refused() {
     let set = |mode| {
         fs::set_permissions(place.path("cache"), PermissionsExt::from_mode(mode)).expect("set");
     };
+    let made = fs::metadata(place.path("cache")).expect("there").permissions().mode();
+    assert_eq!(made & 0o777, 0o700);
     for mode in [0o777, 0o775, 0o1777] {
         set(mode);
         let (_, said) = place.run(&args, 1);

@@ -85,17 +85,3 @@ fn sizes_are_written_with_a_letter() {
     assert_eq!(all, [500e6, 20e9, 2e12, 1e3, 1.5e3].map(|n| Some(n as u64)));
     assert_eq!(["", "G", "-1G", "much"].map(bytes), [None; 4]);
 }
-
-#[test]
-fn a_cache_that_others_may_write_to_is_refused() {
-    use std::os::unix::fs::PermissionsExt;
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let root = folder.path().join("cache");
-    let cache = Cache::new(root.clone());
-    assert!(cache.look("s", &1).expect("it is made").is_none());
-    let mode = |of: &Path| std::fs::metadata(of).expect("there").permissions().mode() & 0o777;
-    assert_eq!(mode(&root), 0o700);
-    std::fs::set_permissions(&root, PermissionsExt::from_mode(0o777)).expect("set");
-    let error = cache.look("s", &1).expect_err("anyone may write");
-    assert!(error.hint().expect("a hint").contains("--no-cache"), "{error}");
-}

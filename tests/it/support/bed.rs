@@ -3,12 +3,28 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use serde_json::Value;
 
 use super::place::{Place, shipped};
+
+/// What several tests look at, made once by each Blender.
+pub struct OfBlenders<T>(Mutex<BTreeMap<PathBuf, Arc<OnceLock<Arc<T>>>>>);
+
+impl<T> OfBlenders<T> {
+    pub const fn new() -> Self {
+        Self(Mutex::new(BTreeMap::new()))
+    }
+
+    pub fn of(&self, blender: &Path, make: impl FnOnce(&Path) -> T) -> Arc<T> {
+        let cell = {
+            let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            Arc::clone(all.entry(blender.to_owned()).or_default())
+        };
+        Arc::clone(cell.get_or_init(|| Arc::new(make(blender))))
+    }
+}
 
 /// The shipped small recipe, run twice into `r`: the second time all of it comes from the cache.
 pub struct SmallBed {
@@ -32,17 +48,12 @@ impl SmallBed {
 
     /// The bed of this Blender.
     pub fn of(blender: &Path) -> Arc<Self> {
-        type Cell = Arc<OnceLock<Arc<SmallBed>>>;
-        static BEDS: Mutex<BTreeMap<PathBuf, Cell>> = Mutex::new(BTreeMap::new());
-        let cell = {
-            let mut beds = BEDS.lock().unwrap_or_else(PoisonError::into_inner);
-            Arc::clone(beds.entry(blender.to_owned()).or_default())
-        };
-        Arc::clone(cell.get_or_init(|| Arc::new(Self::dropped(blender))))
+        static BEDS: OfBlenders<SmallBed> = OfBlenders::new();
+        BEDS.of(blender, Self::dropped)
     }
 
     fn dropped(blender: &Path) -> Self {
-        let place = Place::in_folder(&folder());
+        let place = Place::kept();
         let wrapper = place.counted(blender);
         let mut starts = [0; 2];
         let mut log = Vec::new();
@@ -60,19 +71,4 @@ impl SmallBed {
         });
         Self { place, blender: wrapper, records, starts, log }
     }
-}
-
-/// A folder that outlives this process, since nothing drops what is static; those of earlier ones
-/// go.
-fn folder() -> PathBuf {
-    let all = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    for entry in fs::read_dir(all).expect("Cargo made it").flatten() {
-        let name = entry.file_name().into_string().unwrap_or_default();
-        let process = name.strip_prefix("bed-").and_then(|name| name.split('-').next());
-        if process.is_some_and(|id| !Path::new("/proc").join(id).exists()) {
-            let _ = fs::remove_dir_all(entry.path());
-        }
-    }
-    let name = format!("bed-{}-", process::id());
-    tempfile::Builder::new().prefix(&name).tempdir_in(all).expect("a folder").keep()
 }

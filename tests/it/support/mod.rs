@@ -11,7 +11,7 @@ mod told;
 mod tools;
 mod vectors;
 
-pub use bed::{HOME, SmallBed};
+pub use bed::{HOME, OfBlenders, SmallBed};
 pub use faults::{Found, failing_library, found, killed_after, left_over};
 pub use measured::{Noise, l_sky, measured};
 pub use meshes::{

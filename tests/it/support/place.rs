@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Output;
+use std::process::{self, Output};
 
 use assert_cmd::Command;
 use serde_json::Value;
@@ -24,9 +24,20 @@ impl Place {
         Self { folder: kept.path().to_owned(), _kept: Some(kept) }
     }
 
-    /// A folder that stays.
-    pub fn in_folder(folder: &Path) -> Self {
-        Self { folder: folder.to_owned(), _kept: None }
+    /// In a folder that outlives this process, since nothing drops what is static; those of earlier
+    /// ones go.
+    pub fn kept() -> Self {
+        let all = Path::new(env!("CARGO_TARGET_TMPDIR"));
+        for entry in fs::read_dir(all).expect("Cargo made it").flatten() {
+            let name = entry.file_name().into_string().unwrap_or_default();
+            let process = name.strip_prefix("bed-").and_then(|name| name.split('-').next());
+            if process.is_some_and(|id| !Path::new("/proc").join(id).exists()) {
+                let _ = fs::remove_dir_all(entry.path());
+            }
+        }
+        let name = format!("bed-{}-", process::id());
+        let folder = tempfile::Builder::new().prefix(&name).tempdir_in(all);
+        Self { folder: folder.expect("a folder").keep(), _kept: None }
     }
 
     pub fn folder(&self) -> &Path {
