@@ -18,6 +18,7 @@ run: setup ## simulate a soil: make its bed in Blender, trace it, write its emis
 setup: ## install the tools that `make run` needs
 	@sh scripts/setup.sh run
 
+# One test more than there are cores runs at a time: some wait, as those of Slurm do.
 test: ## lint, and run every test, in Blender and in Python's bpy
 	@sh scripts/setup.sh test "$(WITHOUT)"
 	@$(MAKE) --no-print-directory lint
@@ -32,7 +33,7 @@ test: ## lint, and run every test, in Blender and in Python's bpy
 	SOILSIG_TEST_SNAKEMAKE=$(if $(filter snakemake,$(WITHOUT)),none,$(CURDIR)/.tools/snakemake/bin/snakemake) \
 	SOILSIG_TEST_SLURM=$(if $(filter slurm,$(WITHOUT)),none,$$(PATH=$$PATH:/usr/sbin command -v slurmctld)) \
 	SOILSIG_TEST_LIBRARY=$${SOILSIG_TEST_LIBRARY:-none} \
-	INSTA_UPDATE=no cargo test --release
+	RUST_TEST_THREADS=$$(($$(nproc) + 1)) INSTA_UPDATE=no cargo test --release
 	@$(if $(WITHOUT),echo 'LEFT OUT: the tests that need $(WITHOUT)')
 
 lint: ## formats, lints, the oldest Rust, documentation of the code, licences of dependencies

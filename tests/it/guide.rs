@@ -7,7 +7,7 @@ use std::{env, fs};
 
 use tempfile::tempdir;
 
-use crate::support::{Place, a_blender, shipped};
+use crate::support::{Place, a_blender, shared_cache, shipped};
 
 /// What the test does with a fenced block, by the comment above it.
 #[derive(Debug, PartialEq)]
@@ -189,9 +189,8 @@ fn commands_of_the_guide_that_need_blender_run() {
     let Some(blender) = a_blender() else { return };
     let pages: Vec<_> = guide().into_iter().filter(Page::needs_blender).collect();
     assert!(!pages.is_empty());
-    let cache = tempdir().expect("a temporary folder");
     for page in pages {
-        page.run(cache.path(), Some(&blender));
+        page.run(shared_cache(), Some(&blender));
     }
 }
 

@@ -194,9 +194,9 @@ fn ribs_go_with_the_shapes_that_grains_stand_for_and_are_not_written_unless_aske
 
 /// A run's record, and whether its bed came from the cache.
 fn run(place: &Place, blender: &Path, args: &[&str]) -> (Value, bool) {
-    let mut command = place.soilsig(&["pipeline", "--json", "--tolerance", "0.05"]);
+    let mut command = place.soilsig_with(blender, &["pipeline", "--json", "--tolerance", "0.05"]);
     command.args(["--packings", "1"]).args(["--range", "9-11", "--step", "1"]).args(args);
-    let output = command.env("SOILSIG_BLENDER", blender).output().expect("it runs");
+    let output = command.output().expect("it runs");
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{said}");
     let record: Value = serde_json::from_slice(&output.stdout).expect("the record");

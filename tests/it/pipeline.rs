@@ -87,7 +87,7 @@ fn assert_falling(what: &str, values: &[(f64, f64)]) {
 /// each coverage: the error bars are those of the rays, set small, and the signs hold beyond them.
 #[test]
 fn four_coverages_show_the_signs_of_the_paper() {
-    let place = Place::new();
+    let place = Place::with_shared_cache();
     let Some(blender) = a_blender() else { return };
     let args =
         ["pipeline", "--coverage", "all", "--range", "7.3-14", "--tolerance", "0.0015", "--json"];

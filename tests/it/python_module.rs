@@ -3,16 +3,15 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::support::{Place, Tool, a_blender, tool};
+use crate::support::{Tool, a_blender, shared_cache, tool};
 
 #[test]
 fn the_tests_of_the_python_module_pass() {
     let Some(python) = tool(Tool::Module) else { return };
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let place = Place::new();
     let mut pytest = Command::new(python);
     pytest.args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/python_module"]);
-    pytest.current_dir(root).env("SOILSIG_CACHE", place.path("cache"));
+    pytest.current_dir(root).env("SOILSIG_CACHE", shared_cache());
     match a_blender() {
         Some(blender) => pytest.env("SOILSIG_BLENDER", blender),
         None => pytest.env_remove("SOILSIG_BLENDER"),

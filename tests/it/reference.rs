@@ -178,16 +178,40 @@ impl Schema<'_> {
     }
 }
 
-/// A page of a JSON Schema: the whole, then its parts by name.
-fn page_of(title: &str, intro: &str, schema: &Value) -> String {
+/// A page of a JSON Schema: the whole, then its parts by name. Parts that stand alike on another page
+/// are there only.
+fn page_of(title: &str, intro: &str, schema: &Value, others: &[(&str, Format)]) -> String {
     let mut page = format!("# {title}\n\n{}", wrapped(intro, "", ""));
     Schema(schema).body(&mut page);
+    let others: Vec<_> = others.iter().map(|(file, of)| (*file, schema::of(*of))).collect();
+    let mut links = Vec::new();
     let parts = schema.get("$defs").and_then(Value::as_object);
     for (name, part) in parts.into_iter().flatten() {
-        let _ = write!(page, "\n## {name}\n");
-        Schema(part).body(&mut page);
+        let here = format!("](#{})", name.to_lowercase());
+        let is_alike = |of: &Value| of["$defs"].get(name) == Some(part);
+        if let Some((file, _)) = others.iter().find(|(_, of)| is_alike(of)) {
+            links.push((here.clone(), here.replace('(', &format!("({file}"))));
+        } else if let Some((file, _)) = others.iter().find(|(_, of)| is_whole(part, of)) {
+            links.push((here, format!("]({file})")));
+        } else {
+            let _ = write!(page, "\n## {name}\n");
+            Schema(part).body(&mut page);
+        }
+    }
+    for (here, there) in links {
+        page = page.replace(&here, &there);
     }
     page
+}
+
+/// Whether a part is all of another schema.
+fn is_whole(part: &Value, schema: &Value) -> bool {
+    let mut whole = schema.clone();
+    let keys = whole.as_object_mut().expect("a schema");
+    for key in ["$schema", "$defs", "title"] {
+        keys.remove(key);
+    }
+    *part == whole
 }
 
 #[test]
@@ -195,8 +219,11 @@ fn scene_files_are_documented_by_their_schema() {
     let intro = "A scene file says what is looked at, what it is made of, from where, and at which temperature. It is \
                  JSON; keys that are not known are refused. This page is made from the schema that `soilsig schema \
                  scene` prints. [Own scenes](../guide/own_scenes.md) shows how to write one.";
-    keep("scene.md", &page_of("Scene files", intro, &schema::of(Format::Scene)));
+    keep("scene.md", &page_of("Scene files", intro, &schema::of(Format::Scene), &[]));
 }
+
+const STUDY: (&str, Format) = ("study.md", Format::Study);
+const RUN: (&str, Format) = ("results.md", Format::Run);
 
 #[test]
 fn results_are_documented_by_their_schemas_and_columns() {
@@ -204,16 +231,19 @@ fn results_are_documented_by_their_schemas_and_columns() {
                  This page is made from the schema that `soilsig schema run` prints. [Reading \
                  results](../guide/reading_results.md) explains the numbers, and [files of numbers](columns.md) the \
                  columns.";
-    keep("results.md", &page_of("The record of a run", intro, &schema::of(Format::Run)));
+    keep("results.md", &page_of("The record of a run", intro, &schema::of(Format::Run), &[STUDY]));
     let intro = "`soilsig match` writes `match.json`. This page is made from the schema that `soilsig schema match` \
                  prints. [Matching](../guide/matching.md) shows how to read it.";
-    keep("match.md", &page_of("The result of a match", intro, &schema::of(Format::Match)));
+    keep("match.md", &page_of("The result of a match", intro, &schema::of(Format::Match), &[]));
     let intro = "`soilsig sweep` reads a study file. This page is made from the schema that `soilsig schema study` \
                  prints. [Sweeps](../guide/sweeps.md) shows studies.";
-    keep("study.md", &page_of("The study file", intro, &schema::of(Format::Study)));
+    keep("study.md", &page_of("The study file", intro, &schema::of(Format::Study), &[]));
     let intro = "`soilsig sweep` writes `sweep.json`, enough to do the sweep again. This page is made from the schema \
                  that `soilsig schema sweep` prints. [Sweeps](../guide/sweeps.md) explains the files.";
-    keep("sweep.md", &page_of("The record of a sweep", intro, &schema::of(Format::Sweep)));
+    keep(
+        "sweep.md",
+        &page_of("The record of a sweep", intro, &schema::of(Format::Sweep), &[STUDY, RUN]),
+    );
     let mut page = "# Files of numbers\n\n".to_owned();
     page += &wrapped(
         "Columns of the CSV files, from the lists that the program writes them by. What is not known, and bands that \

@@ -91,7 +91,7 @@ fn on_slurm_a_cancelled_job_runs_again_and_the_bytes_are_those_of_a_sweep() {
     // Each job lasts long enough to be met.
     let slow: PathBuf = place.path("slow");
     let program = env!("CARGO_BIN_EXE_soilsig");
-    fs::write(&slow, format!("#!/bin/sh\nsleep 3\nexec '{program}' \"$@\"\n")).expect("written");
+    fs::write(&slow, format!("#!/bin/sh\nsleep 1\nexec '{program}' \"$@\"\n")).expect("written");
     fs::set_permissions(&slow, fs::Permissions::from_mode(0o755)).expect("set");
     let mut path: OsString = slurm.bin().into_os_string();
     path.push(":");

@@ -64,15 +64,18 @@ pub fn emissivities(bed: &Bed, view: View, reflectances: &[Vec<f64>]) -> Vec<Mea
     })
 }
 
-/// The mean radiance that leaves what is looked at, where materials have these black-body
-/// radiances.
-pub fn radiosity(bed: &Bed, view: View, reflectance: &[f64], l_blackbody: &[f64]) -> Mean {
+/// The mean radiance that leaves what is looked at, where two materials have these reflectances and
+/// black-body radiances; of each set from the same paths.
+pub fn radiosities<const N: usize>(bed: &Bed, view: View, sets: [[[f64; 2]; 2]; N]) -> [Mean; N] {
     let kept = Kept { order: true, ..Kept::PLAIN };
-    let means = traced(bed, view, kept, &[reflectance.to_vec()], &|histogram| {
-        let sources = Sources { reflectance, l_blackbody, l_sky: &[0.0] };
-        vec![histogram.seen(sources).1.l_target]
+    let reflectances = sets.map(|[reflectance, _]| reflectance.to_vec());
+    let means = traced(bed, view, kept, &reflectances, &|histogram| {
+        let of = |[reflectance, l_blackbody]: &[[f64; 2]; 2]| {
+            histogram.seen(Sources { reflectance, l_blackbody, l_sky: &[0.0] }).1.l_target
+        };
+        sets.iter().map(of).collect()
     });
-    means[0]
+    means.try_into().expect("one for each set")
 }
 
 fn traced(

@@ -1,7 +1,7 @@
 //! Two surfaces that close on each other, one of them too cold to glow.
 
 use super::bodies::{Shell, concentric_spheres, parallel_plates};
-use super::estimate::{View, assert_is, radiosity};
+use super::estimate::{View, assert_is, radiosities};
 
 const NADIR: View = View::From { zenith_deg: 0.0 };
 
@@ -9,15 +9,14 @@ const NADIR: View = View::From { zenith_deg: 0.0 };
 /// J1.
 #[test]
 fn parallel_plates_of_two_temperatures() {
-    for (e1, e2, j1, j2) in
-        [(0.8, 0.4, 0.909_090_91, 0.545_454_55), (0.37, 0.75, 0.439_169_14, 0.109_792_28)]
-    {
-        let bed = parallel_plates();
-        // The lower plate is looked at; material 0.
-        let hot = radiosity(&bed, NADIR, &[1.0 - e1, 1.0 - e2], &[1.0, 0.0]);
-        assert_is(hot, j1, "hot plate");
-        let cold = radiosity(&bed, NADIR, &[1.0 - e2, 1.0 - e1], &[0.0, 1.0]);
-        assert_is(cold, j2, "cold plate");
+    let cases = [(0.8, 0.4, 0.909_090_91, 0.545_454_55), (0.37, 0.75, 0.439_169_14, 0.109_792_28)];
+    // The lower plate is looked at; material 0.
+    let hot = cases.map(|(e1, e2, ..)| [[1.0 - e1, 1.0 - e2], [1.0, 0.0]]);
+    let cold = cases.map(|(e1, e2, ..)| [[1.0 - e2, 1.0 - e1], [0.0, 1.0]]);
+    let found = radiosities(&parallel_plates(), NADIR, [hot[0], hot[1], cold[0], cold[1]]);
+    for (i, (_, _, j1, j2)) in cases.into_iter().enumerate() {
+        assert_is(found[i], j1, "hot plate");
+        assert_is(found[i + 2], j2, "cold plate");
     }
 }
 
@@ -25,14 +24,14 @@ fn parallel_plates_of_two_temperatures() {
 /// the ratio q of their areas, and itself with the rest.
 #[test]
 fn concentric_spheres_of_two_temperatures() {
-    for (q, e1, e2, j1, j2) in [
-        (0.25, 0.8, 0.5, 0.833_333_33, 0.166_666_67),
-        (0.25, 0.5, 0.37, 0.587_743_73, 0.175_487_47),
-    ] {
-        let of = |seen| {
-            radiosity(&concentric_spheres(q, seen), NADIR, &[1.0 - e1, 1.0 - e2], &[1.0, 0.0])
-        };
-        assert_is(of(Shell::Inner), j1, "inner sphere");
-        assert_is(of(Shell::Outer), j2, "outer sphere");
+    let cases = [(0.8, 0.5, 0.833_333_33, 0.166_666_67), (0.5, 0.37, 0.587_743_73, 0.175_487_47)];
+    let of = |shell| {
+        let sets = cases.map(|(e1, e2, ..)| [[1.0 - e1, 1.0 - e2], [1.0, 0.0]]);
+        radiosities(&concentric_spheres(0.25, shell), NADIR, sets)
+    };
+    let (inner, outer) = (of(Shell::Inner), of(Shell::Outer));
+    for (i, (_, _, j1, j2)) in cases.into_iter().enumerate() {
+        assert_is(inner[i], j1, "inner sphere");
+        assert_is(outer[i], j2, "outer sphere");
     }
 }

@@ -17,7 +17,7 @@ pub use measured::{Noise, l_sky, measured};
 pub use meshes::{
     PIT_CORNERS, PIT_FACES, area, facets, load, load_from, load_scene, pit_lines, scene_of,
 };
-pub use place::{Place, shipped, shipped_json, shipped_path};
+pub use place::{Place, shared_cache, shipped, shipped_json, shipped_path};
 pub use scenes::{emissivity, trace_file};
 pub use told::{message, told, without_fractions, without_numbers, without_places};
 pub use tools::{Tool, a_blender, executable, real_blenders, tool, with_script};

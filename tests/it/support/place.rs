@@ -1,19 +1,42 @@
 //! A folder of its own for each test, and the program run there.
 
 use std::fs;
+use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 use std::process::{self, Output};
+use std::sync::{Arc, OnceLock};
 
 use assert_cmd::Command;
 use serde_json::Value;
 use tempfile::TempDir;
 
+use super::bed::OfBlenders;
 use super::told::told;
-use super::tools::executable;
+use super::tools::{Tool, executable};
+
+/// A cache for tests that take a bed as it comes, and do not mind who dropped it.
+pub fn shared_cache() -> &'static Path {
+    static CACHE: OnceLock<PathBuf> = OnceLock::new();
+    CACHE.get_or_init(|| Place::kept().path("cache"))
+}
+
+/// The list of known Blenders in a cache.
+const KNOWN: &str = "blenders.json";
+
+/// What the program knows of a real Blender when it has asked it once, which takes a second.
+fn versions(blender: &Path) -> Arc<Vec<u8>> {
+    static KNOWN_BY_NOW: OfBlenders<Vec<u8>> = OfBlenders::new();
+    KNOWN_BY_NOW.of(blender, |blender| {
+        let place = Place::new();
+        place.soilsig(&["doctor"]).env("SOILSIG_BLENDER", blender).output().expect("it runs");
+        fs::read(place.cache.join(KNOWN)).unwrap_or_default()
+    })
+}
 
 /// The folder, with a cache of its own.
 pub struct Place {
     folder: PathBuf,
+    cache: PathBuf,
     /// Takes the folder away in the end.
     _kept: Option<TempDir>,
 }
@@ -21,7 +44,13 @@ pub struct Place {
 impl Place {
     pub fn new() -> Self {
         let kept = tempfile::tempdir().expect("a temporary folder");
-        Self { folder: kept.path().to_owned(), _kept: Some(kept) }
+        let folder = kept.path().to_owned();
+        Self { cache: folder.join("cache"), folder, _kept: Some(kept) }
+    }
+
+    /// With the cache of others.
+    pub fn with_shared_cache() -> Self {
+        Self { cache: shared_cache().to_owned(), ..Self::new() }
     }
 
     /// In a folder that outlives this process, since nothing drops what is static; those of earlier
@@ -37,7 +66,8 @@ impl Place {
         }
         let name = format!("bed-{}-", process::id());
         let folder = tempfile::Builder::new().prefix(&name).tempdir_in(all);
-        Self { folder: folder.expect("a folder").keep(), _kept: None }
+        let folder = folder.expect("a folder").keep();
+        Self { cache: folder.join("cache"), folder, _kept: None }
     }
 
     pub fn folder(&self) -> &Path {
@@ -64,12 +94,17 @@ impl Place {
     pub fn soilsig(&self, args: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_soilsig"));
         command.args(args).current_dir(&self.folder);
-        command.env("SOILSIG_CACHE", self.path("cache")).env_remove("SOILSIG_BLENDER");
+        command.env("SOILSIG_CACHE", &self.cache).env_remove("SOILSIG_BLENDER");
         command
     }
 
     /// The same with this Blender.
     pub fn soilsig_with(&self, blender: &Path, args: &[&str]) -> Command {
+        let is_real = |tool: &Tool| (*tool).place().as_deref() == Some(blender);
+        if [Tool::Blender, Tool::Bpy].iter().any(is_real) && !self.cache.exists() {
+            fs::DirBuilder::new().recursive(true).mode(0o700).create(&self.cache).expect("made");
+            fs::write(self.cache.join(KNOWN), &*versions(blender)).expect("written");
+        }
         let mut command = self.soilsig(args);
         command.env("SOILSIG_BLENDER", blender);
         command

@@ -51,7 +51,7 @@ impl Tool {
     }
 
     /// Where it is, if anywhere.
-    fn place(self) -> Option<PathBuf> {
+    pub(super) fn place(self) -> Option<PathBuf> {
         let variable = self.variable();
         let value = env::var_os(variable).filter(|value| !value.is_empty());
         let all = env::var_os("SOILSIG_TEST_ALL").is_some_and(|value| !value.is_empty());
