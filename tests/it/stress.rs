@@ -10,11 +10,13 @@ use soilsig::studies::stress::{self, Point, Row, Setting};
 use soilsig::support::cache::Cache;
 use soilsig::support::monitor::Unwatched;
 
-use crate::support::{real_blenders, without_fractions, without_numbers, without_places};
+use crate::support::{
+    real_blenders, shared_cache, without_fractions, without_numbers, without_places,
+};
 
 fn swept(name: &str, blender: Option<&std::path::Path>) -> Row {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let cache = Cache::new(folder.path().to_owned());
+    // Its results are its own; which Blender is which is known once for all rows.
+    let cache = Cache::new(shared_cache().to_owned());
     let without_blender = blender.is_none();
     let setting =
         Setting { quick: true, cache: &cache, blender, without_blender, monitor: &Unwatched };
