@@ -25,6 +25,11 @@ use crate::tracer::trace::{self, Request};
 impl<'a> Run<'a> {
     /// Traces beds whose number was given. Meanwhile the first is drawn: neither fills all threads.
     pub(super) fn traced(&mut self, beds: Vec<Bed>) -> Result<Dropped, Error> {
+        if rayon::current_num_threads() == 1 {
+            // The pen would hold the bed and wait for the thread that waits for the bed.
+            let tables = self.trace(&beds, false)?;
+            return Ok(Dropped { beds, tables, plan: None, refused: Vec::new(), pictures: None });
+        }
         let pen = self.pen(&beds[0]);
         let (tables, pictures) = std::thread::scope(|scope| {
             let pictures = scope.spawn(|| pen.draw());
