@@ -59,10 +59,11 @@ impl Schema<'_> {
         self.0.get(key).and_then(Value::as_array).map_or(&[], Vec::as_slice)
     }
 
-    /// What a value is, in words, with links to the definitions on the page.
+    /// What a value is, in words, with links to the definitions.
     fn kind(&self) -> String {
-        if let Some(name) = self.text("$ref").strip_prefix("#/$defs/") {
-            return format!("[{name}](#{})", name.to_lowercase());
+        if let Some((page, name)) = self.text("$ref").split_once("/$defs/") {
+            let anchor = if page.ends_with('#') { name.to_lowercase() } else { String::new() };
+            return format!("[{name}]({page}{anchor})");
         }
         if self.has("const") {
             return format!("`{}`", self.0["const"]);
@@ -181,25 +182,27 @@ impl Schema<'_> {
 /// A page of a JSON Schema: the whole, then its parts by name. Parts that stand alike on another page
 /// are there only.
 fn page_of(title: &str, intro: &str, schema: &Value, others: &[(&str, Format)]) -> String {
-    let mut page = format!("# {title}\n\n{}", wrapped(intro, "", ""));
-    Schema(schema).body(&mut page);
     let others: Vec<_> = others.iter().map(|(file, of)| (*file, schema::of(*of))).collect();
-    let mut links = Vec::new();
-    let parts = schema.get("$defs").and_then(Value::as_object);
-    for (name, part) in parts.into_iter().flatten() {
-        let here = format!("](#{})", name.to_lowercase());
+    let parts = schema.get("$defs").and_then(Value::as_object).into_iter().flatten();
+    let mut text = schema.to_string();
+    let mut own = Vec::new();
+    for (name, part) in parts {
+        let here = format!("\"#/$defs/{name}\"");
         let is_alike = |of: &Value| of["$defs"].get(name) == Some(part);
         if let Some((file, _)) = others.iter().find(|(_, of)| is_alike(of)) {
-            links.push((here.clone(), here.replace('(', &format!("({file}"))));
+            text = text.replace(&here, &here.replace('#', &format!("{file}#")));
         } else if let Some((file, _)) = others.iter().find(|(_, of)| is_whole(part, of)) {
-            links.push((here, format!("]({file})")));
+            text = text.replace(&here, &here.replace('#', file));
         } else {
-            let _ = write!(page, "\n## {name}\n");
-            Schema(part).body(&mut page);
+            own.push(name);
         }
     }
-    for (here, there) in links {
-        page = page.replace(&here, &there);
+    let schema: Value = serde_json::from_str(&text).expect("JSON");
+    let mut page = format!("# {title}\n\n{}", wrapped(intro, "", ""));
+    Schema(&schema).body(&mut page);
+    for name in own {
+        let _ = write!(page, "\n## {name}\n");
+        Schema(&schema["$defs"][name]).body(&mut page);
     }
     page
 }
