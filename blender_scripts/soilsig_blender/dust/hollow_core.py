@@ -1,7 +1,5 @@
 """A hollow grain in its place, and how near other solids come to its true surface."""
 
-from functools import cached_property
-
 import numpy as np
 
 from ..common.neighbours import clumps, near, ranges

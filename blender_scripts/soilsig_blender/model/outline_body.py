@@ -47,11 +47,12 @@ class View:
     tilt: float  # radians
 
 
-def model(views, thickness, shape, rng):
+def model(views, thickness, shape, rng, shading=None, depth=0.0):
     """A body, micrometres, about the middle of the first outline, and its overlap with each image.
 
     The first view is not tilted. Without others `thickness` is the height as a share of the
-    outline's breadth.
+    outline's breadth. With its `Shading` the upper side has a relief in place of fractures, so many
+    times as deep as slopes tell; negative for a dish.
     """
     directions, triangles = sphere(_HALVINGS)
     seen = [_Seen(view, directions) for view in views]
@@ -65,8 +66,13 @@ def model(views, thickness, shape, rng):
             )
     within = np.min([one.reach for one in seen], axis=0)
 
+    upper, relief = directions[:, 2] > 0, None
+
     def body(reach):
-        return HollowBody(directions * reach[:, None], triangles)
+        vertices = directions * reach[:, None]
+        if relief is not None:
+            vertices[upper] = relief
+        return HollowBody(vertices, triangles)
 
     def overlaps(reach):
         return [one.overlap(body(reach)) for one in seen]
@@ -83,12 +89,19 @@ def model(views, thickness, shape, rng):
     whole = inflated(thickness)
     fans, _ = fractures(replace(shape, fractures=shape.fractures + _MORE), rng)
     fans = fans[np.abs(fans[:, 2]) > _STEEP]
+    if shading:
+        half = thickness * seen[0].least_breadth / 2
+        relief = seen[0].relief(shading, depth, half, directions[upper])
+        fans = fans[fans[:, 2] < 0]
     deeper = rng.random(len(fans))
     for fraction in _CUT / 2 ** np.arange(_ROUNDS):
         along = directions @ fans.T
         planes = (along * whole[:, None]).max(axis=0) * (1 - fraction * deeper)
         with np.errstate(divide="ignore"):
             cut = np.where(along > 0, planes / along, np.inf).min(axis=1)
+        if relief is not None:
+            # The rim keeps the outline, and the relief stands on it.
+            cut = np.where(directions[:, 2] < 0, cut, np.inf)
         reach = np.minimum(whole, cut)
         reached = overlaps(reach)
         if min(reached) >= _ENOUGH:
@@ -122,9 +135,7 @@ class _Seen:
         self.turn = np.array([(1, 0, 0), (0, c, -s), (0, s, c)])
         turned = directions @ self.turn.T
         flat = np.hypot(turned[:, 0], turned[:, 1])
-        angle = np.arctan2(turned[:, 1], turned[:, 0])
-        turns = np.linspace(-np.pi, np.pi, _TURNS + 1)
-        across = np.maximum(np.interp(angle, turns, self._reaches(turns)), 0.5)
+        across = self._rim(turned[:, 0], turned[:, 1])
         # How far along each direction the outline is reached.
         self.reach = across * view.um_per_pixel / np.maximum(flat, 1e-9)
 
@@ -139,6 +150,25 @@ class _Seen:
         left = ~(there & self.mask[y, x])
         left[:, -1] = True
         return away[np.argmax(left, axis=1)]
+
+    def relief(self, shading, depth, half, directions):
+        """Places on the shading's relief, um: evenly from the middle to the rim."""
+        y, x = (axis + 0.5 for axis in np.mgrid[: self.mask.shape[0], : self.mask.shape[1]])
+        rim = self._rim(x - self.middle[0], y - self.middle[1])
+        away = np.hypot(x - self.middle[0], y - self.middle[1])
+        scale = self.view.um_per_pixel
+        dome = half / scale * np.sqrt(np.maximum(1 - (away / rim) ** 2, 0))
+        flat = np.hypot(*directions[:, :2].T)
+        share = np.arccos(np.minimum(directions[:, 2], 1)) / (np.pi / 2)
+        out = share * self._rim(*directions[:, :2].T) / np.maximum(flat, 1e-9)
+        at = directions[:, :2] * out[:, None]
+        heights = shading.heights(dome, depth)(*(at + self.middle).T)
+        return scale * np.column_stack([at, heights])
+
+    def _rim(self, x, y):
+        """Pixels from the middle to the outline towards places."""
+        turns = np.linspace(-np.pi, np.pi, _TURNS + 1)
+        return np.maximum(np.interp(np.arctan2(y, x), turns, self._reaches(turns)), 0.5)
 
     def overlap(self, body):
         corners = body.vertices @ self.turn.T
