@@ -31,6 +31,8 @@ _ROUNDS = 6
 # Fractures that face the rim of the first outline more than this (z of the normal) are left out.
 _STEEP = 0.35
 _MORE = 6
+# Steps along a direction in which a relief is looked for.
+_PARTS = 200
 # Two images of one grain have the same breadth along the axis of the tilt, to this share.
 _FIT = 0.05
 # Heights that are tried where a tilted image tells it, as shares of the breadth.
@@ -66,13 +68,8 @@ def model(views, thickness, shape, rng, shading=None, depth=0.0):
             )
     within = np.min([one.reach for one in seen], axis=0)
 
-    upper, relief = directions[:, 2] > 0, None
-
     def body(reach):
-        vertices = directions * reach[:, None]
-        if relief is not None:
-            vertices[upper] = relief
-        return HollowBody(vertices, triangles)
+        return HollowBody(directions * reach[:, None], triangles)
 
     def overlaps(reach):
         return [one.overlap(body(reach)) for one in seen]
@@ -91,7 +88,8 @@ def model(views, thickness, shape, rng, shading=None, depth=0.0):
     fans = fans[np.abs(fans[:, 2]) > _STEEP]
     if shading:
         half = thickness * seen[0].least_breadth / 2
-        relief = seen[0].relief(shading, depth, half, directions[upper])
+        upper = directions[:, 2] > 0
+        whole[upper] = seen[0].relief(shading, depth, half, directions[upper], within[upper])
         fans = fans[fans[:, 2] < 0]
     deeper = rng.random(len(fans))
     for fraction in _CUT / 2 ** np.arange(_ROUNDS):
@@ -99,8 +97,7 @@ def model(views, thickness, shape, rng, shading=None, depth=0.0):
         planes = (along * whole[:, None]).max(axis=0) * (1 - fraction * deeper)
         with np.errstate(divide="ignore"):
             cut = np.where(along > 0, planes / along, np.inf).min(axis=1)
-        if relief is not None:
-            # The rim keeps the outline, and the relief stands on it.
+        if shading:
             cut = np.where(directions[:, 2] < 0, cut, np.inf)
         reach = np.minimum(whole, cut)
         reached = overlaps(reach)
@@ -151,19 +148,25 @@ class _Seen:
         left[:, -1] = True
         return away[np.argmax(left, axis=1)]
 
-    def relief(self, shading, depth, half, directions):
-        """Places on the shading's relief, um: evenly from the middle to the rim."""
+    def relief(self, shading, depth, half, directions, most):
+        """How far the body reaches along upward directions to the shading's relief, um."""
         y, x = (axis + 0.5 for axis in np.mgrid[: self.mask.shape[0], : self.mask.shape[1]])
-        rim = self._rim(x - self.middle[0], y - self.middle[1])
-        away = np.hypot(x - self.middle[0], y - self.middle[1])
+        x, y = x - self.middle[0], y - self.middle[1]
         scale = self.view.um_per_pixel
-        dome = half / scale * np.sqrt(np.maximum(1 - (away / rim) ** 2, 0))
-        flat = np.hypot(*directions[:, :2].T)
-        share = np.arccos(np.minimum(directions[:, 2], 1)) / (np.pi / 2)
-        out = share * self._rim(*directions[:, :2].T) / np.maximum(flat, 1e-9)
-        at = directions[:, :2] * out[:, None]
-        heights = shading.heights(dome, depth)(*(at + self.middle).T)
-        return scale * np.column_stack([at, heights])
+        share = np.hypot(x, y) / self._rim(x, y)
+        heights = shading.heights(half / scale * np.sqrt(np.maximum(1 - share**2, 0)), depth)
+        # Along each direction the surface is where the way first comes out of it.
+        most = np.minimum(most, 2 * half / np.maximum(directions[:, 2], 1e-9))
+        way = np.linspace(0, 1, _PARTS) * most[:, None] / scale
+        x, y, z = (way * directions[:, axis, None] for axis in range(3))
+        above = z - heights(x + self.middle[0], y + self.middle[1])
+        above[:, 0] = np.minimum(above[:, 0], -1e-6)
+        above[:, -1] = np.maximum(above[:, -1], 1e-6)
+        at, first = np.arange(len(way)), np.argmax(above > 0, axis=1)
+        low, high = above[at, first - 1], above[at, first]
+        share = low / (low - high)
+        found = way[at, first - 1] + share * (way[at, first] - way[at, first - 1])
+        return np.maximum(found, 0.5) * scale
 
     def _rim(self, x, y):
         """Pixels from the middle to the outline towards places."""
