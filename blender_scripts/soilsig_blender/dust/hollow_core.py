@@ -50,7 +50,7 @@ class HollowCore:
         return HollowCore(self.body, turn @ self.turn, turn @ self.shift + shift, self._on_edges)
 
     def contains(self, points):
-        return self.body.contains((points - self.shift) @ self.turn)
+        return self.body.gaps((points - self.shift) @ self.turn, 0.0) < 0
 
     def gap_to_points(self, points, reach):
         """The least distance of points to the surface, negative inside; infinite beyond `reach`."""
