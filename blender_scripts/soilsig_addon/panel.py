@@ -51,6 +51,10 @@ class StartPanel(_Section, bpy.types.Panel):
         part.active = settings.own_threshold
         part.prop(settings, "threshold")
         column.prop(settings, "hollows")
+        if settings.hollows and not settings.tilted:
+            column.prop(settings, "relief")
+            if settings.relief:
+                column.prop(settings, "relief_depth")
         column.prop(settings, "tilted", text="Tilted")
         if settings.tilted:
             column.prop(settings, "tilt")

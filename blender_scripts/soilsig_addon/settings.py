@@ -99,6 +99,19 @@ class OfScene(bpy.types.PropertyGroup):
         name="Follow hollows",
         description="Let the body follow the hollows of the outline; else it is convex",
     )
+    relief: BoolProperty(
+        name="Relief by shading",
+        description="Take brightness for slope, as secondary electrons show it, and give the side "
+        "that is seen a relief",
+    )
+    relief_depth: FloatProperty(
+        name="Depth",
+        description="How many times as deep the relief is as the slopes tell. Negative if they "
+        "fall inward, as in a dish: the image does not tell",
+        default=1.0,
+        min=-3.0,
+        max=3.0,
+    )
     tilted: PointerProperty(
         name="Tilted image",
         type=bpy.types.Object,

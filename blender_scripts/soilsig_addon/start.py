@@ -10,6 +10,7 @@ from . import objects, reference
 from .operators import Operator, progress, registration
 from .soilsig_blender.common.randomness import stream
 from .soilsig_blender.model import outline_body, silhouette, silhouette_body
+from .soilsig_blender.model.relief import Shading
 from .soilsig_blender.model.shapes import SHAPES, model
 
 
@@ -28,18 +29,23 @@ class FromSilhouette(Operator):
         image = reference.image_of(settings)
         tilted = reference.image_of(settings, "tilted")
         with progress(context, 2) as advance:
-            traced, share = self._traced(settings, image)
+            traced, share, grey = self._traced(settings, image)
             advance()
+            shading = None
+            if settings.relief and settings.hollows and not tilted:
+                shading = Shading.of(grey, traced.mask)
+                if not shading:
+                    self.report({"WARNING"}, "the grain is evenly bright: no relief")
             um_per_pixel = settings.um_per_pixel * share
             purpose = stream(settings.seed, "silhouette")
             how = settings.thickness, SHAPES[settings.shape], purpose
             if tilted or settings.hollows:
                 views = [outline_body.View(traced, um_per_pixel, 0.0)]
                 if tilted:
-                    other, share_of_other = self._traced(settings, tilted)
+                    other, share_of_other, _ = self._traced(settings, tilted)
                     scale = settings.um_per_pixel * share_of_other
                     views.append(outline_body.View(other, scale, settings.tilt))
-                body, overlaps = outline_body.model(views, *how)
+                body, overlaps = outline_body.model(views, *how, shading, settings.relief_depth)
                 reached = min(overlaps)
             else:
                 body, reached = silhouette_body.model(traced, um_per_pixel, *how)
@@ -65,6 +71,8 @@ class FromSilhouette(Operator):
         if tilted:
             made_from["tilted"] = tilted.name
             made_from["tilt_deg"] = round(math.degrees(settings.tilt), 3)
+        if shading:
+            made_from["relief_depth"] = round(settings.relief_depth, 4)
         o = objects.add_grain(
             context, _plain(name), body, settings.shape, json.dumps(made_from), place
         )
@@ -78,10 +86,10 @@ class FromSilhouette(Operator):
 
     @staticmethod
     def _traced(settings, image):
-        """The silhouette in an image, and how many of its pixels make one of the silhouette's."""
+        """The silhouette in an image, how many of its pixels make one of it, and the greys."""
         grey, share = reference.pixels(image)
         threshold = settings.threshold if settings.own_threshold else None
-        return silhouette.trace(grey, threshold, settings.legend_pixels // share), share
+        return silhouette.trace(grey, threshold, settings.legend_pixels // share), share, grey
 
     @staticmethod
     def _draw(context, name, line, place):

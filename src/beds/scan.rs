@@ -1,5 +1,6 @@
 //! Scans of grains: meshes of .stl, .ply and .obj files, thinned to what a grain needs.
 
+use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::io::{BufReader, Cursor};
@@ -40,6 +41,8 @@ pub struct Brought {
     pub scanned: usize,
     /// Triangles of the grain.
     pub kept: usize,
+    /// Corners that were joined with another one within rounding, because that closed the mesh.
+    pub joined: usize,
     /// How far the surface was moved, by the decimator's estimate, um.
     pub deviation_um: f64,
     /// Relative change of the volume by the thinning, before it was scaled back.
@@ -49,15 +52,23 @@ pub struct Brought {
 /// Thinning that makes a body cross itself is tried again with half the deviation, so often.
 const HALVINGS: u32 = 4;
 
+/// How far corners may lie apart that rounding has parted, as a share of the greatest length.
+const ROUNDING: f64 = 1e-6;
+
 /// Reads a scan and writes it as a grain into a folder of own grains: thinned, in micrometres, about
 /// its centre of mass, with the volume of the scan.
 ///
 /// # Errors
 /// A file that cannot be read or written, or a mesh that is no sound body.
 pub fn bring(scan: &Path, folder: &Path, wanted: &Wanted) -> Result<Brought, Error> {
-    let solid = read(scan, wanted.unit_um).map_err(OwnGrainsError::Scan)?;
+    let mut solid = read(scan, wanted.unit_um).map_err(OwnGrainsError::Scan)?;
+    let mut joined = 0;
     if let Some(fault) = solid.fault() {
-        return Err(OwnGrainsError::Scan(FileError::wrong(scan, fault)).into());
+        let (closed, count) = joined_within_rounding(&solid);
+        if count == 0 || closed.fault().is_some() {
+            return Err(OwnGrainsError::Scan(FileError::wrong(scan, fault)).into());
+        }
+        (solid, joined) = (closed, count);
     }
     let volume = solid.volume_um3();
     let diameter_um = math::cbrt(6.0 * volume / std::f64::consts::PI);
@@ -89,6 +100,7 @@ pub fn bring(scan: &Path, folder: &Path, wanted: &Wanted) -> Result<Brought, Err
             "unit_um": wanted.unit_um,
             "triangles": solid.faces.len(),
             "deviation_um": deviation_um,
+            "corners_joined": joined,
         },
     });
     let text = serde_json::to_string_pretty(&about).expect("plain data") + "\n";
@@ -98,6 +110,7 @@ pub fn bring(scan: &Path, folder: &Path, wanted: &Wanted) -> Result<Brought, Err
         diameter_um,
         scanned: solid.faces.len(),
         kept: grain.faces,
+        joined,
         deviation_um,
         volume_change,
     })
@@ -244,7 +257,7 @@ impl PropertyAccess for Element {
 /// A body of these triangles with one corner in each place, and without those that have a corner
 /// twice.
 fn welded(points: &[DVec3], triangles: &[[u32; 3]]) -> Solid {
-    let mut known = std::collections::HashMap::new();
+    let mut known = HashMap::new();
     let mut vertices = Vec::new();
     let number: Vec<usize> = points
         .iter()
@@ -263,6 +276,39 @@ fn welded(points: &[DVec3], triangles: &[[u32; 3]]) -> Solid {
         .map(Vec::from)
         .collect();
     Solid { vertices, faces }
+}
+
+/// The body with corners at open edges joined where they differ by rounding, and how many were
+/// joined with another one. Triangles that this leaves with two corners are left out.
+fn joined_within_rounding(solid: &Solid) -> (Solid, usize) {
+    let farthest = solid.vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
+    let within = ROUNDING * farthest.max(solid.size());
+    let cell = |vertex: DVec3| (vertex / within).floor().to_array().map(|x| x as i64);
+    let mut known: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
+    let mut number: Vec<usize> = (0..solid.vertices.len()).collect();
+    let mut joined = 0;
+    for corner in solid.open_corners() {
+        let (at, own) = (solid.vertices[corner], cell(solid.vertices[corner]));
+        let around =
+            (0..27).map(|i| [own[0] + i % 3 - 1, own[1] + i / 3 % 3 - 1, own[2] + i / 9 - 1]);
+        let same = around
+            .filter_map(|cell| known.get(&cell))
+            .flatten()
+            .find(|other| solid.vertices[**other].distance(at) <= within)
+            .copied();
+        if let Some(other) = same {
+            number[corner] = other;
+            joined += 1;
+        } else {
+            known.entry(own).or_default().push(corner);
+        }
+    }
+    let mut faces: Vec<Vec<usize>> = solid.faces.clone();
+    for corner in faces.iter_mut().flatten() {
+        *corner = number[*corner];
+    }
+    faces.retain(|face| face[0] != face[1] && face[1] != face[2] && face[2] != face[0]);
+    (used(&solid.vertices, faces), joined)
 }
 
 /// The body with as few triangles as keep its surface within a distance, and the decimator's

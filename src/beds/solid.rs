@@ -3,7 +3,7 @@
 //! `blender_scripts/soilsig_blender/model/mesh_faults.py` has the same checks, for the faces that
 //! Blender's window selects. These need no Blender.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
 
@@ -60,6 +60,13 @@ impl Solid {
             .or_else(|| self.crossing())
     }
 
+    /// The corners of edges that have a face on one side only.
+    pub(super) fn open_corners(&self) -> BTreeSet<usize> {
+        let edges = self.edges();
+        let open = edges.iter().filter(|(_, faces)| faces.len() == 1);
+        open.flat_map(|((a, b), _)| [*a, *b]).collect()
+    }
+
     /// A face as triangles about its first corner.
     fn triangles<'a>(&'a self, face: &'a [usize]) -> impl Iterator<Item = [DVec3; 3]> + 'a {
         let pairs = face.windows(2).skip(1);
@@ -67,7 +74,7 @@ impl Solid {
     }
 
     /// The longest side of the box around the body, um.
-    fn size(&self) -> f64 {
+    pub(super) fn size(&self) -> f64 {
         let min = self.vertices.iter().copied().fold(DVec3::INFINITY, DVec3::min);
         let max = self.vertices.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
         (max - min).max_element()

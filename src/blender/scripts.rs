@@ -87,6 +87,7 @@ pub const SCRIPTS: &[(&str, &str)] = scripts![
     "soilsig_blender/model/outline_body.py",
     "soilsig_blender/model/own_grains.py",
     "soilsig_blender/model/polyhedron.py",
+    "soilsig_blender/model/relief.py",
     "soilsig_blender/model/shapes.py",
     "soilsig_blender/model/silhouette.py",
     "soilsig_blender/model/silhouette_body.py",

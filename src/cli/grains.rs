@@ -108,6 +108,12 @@ fn import(args: &Import, context: &Context) -> Outcome {
     let name = name.as_deref().unwrap_or(&stem);
     let wanted = Wanted { name, shape: *shape, unit_um: *unit_um, deviation: *deviation };
     let made = scan::bring(scan, out, &wanted)?;
+    if made.joined > 0 {
+        let joined = made.joined;
+        context.print(&format!(
+            "{name}: {joined} corners that differ from another by rounding were joined with it\n"
+        ))?;
+    }
     context.print(&format!(
         "{name}: {:.1} um, {} of {} triangles, surface within about {:.2} um, volume changed by \
          {:.3} % and scaled back\n",

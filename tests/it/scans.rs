@@ -132,6 +132,45 @@ fn every_format_gives_the_same_grain_thinned_with_the_scan_s_volume() {
     assert_eq!(kept("binary.stl"), 12800);
 }
 
+/// Each triangle of an .stl file with corners of its own, some of them off by a rounding.
+#[test]
+fn corners_parted_by_rounding_are_joined_if_that_closes_the_scan() {
+    let place = Place::new();
+    let scan = Scan::new();
+    let extent = 0.6; // of the pebble, in its millimetres
+    let parted = |scan: &Scan, share: f32| {
+        let mut bytes = scan.binary_stl();
+        for (number, triangle) in bytes[84..].chunks_exact_mut(50).enumerate() {
+            let x = f32::from_le_bytes(triangle[12..16].try_into().expect("four bytes"));
+            let moved = if number % 5 == 0 { x + share * extent } else { x };
+            triangle[12..16].copy_from_slice(&moved.to_le_bytes());
+        }
+        bytes
+    };
+    let args = ["grains", "import", "s.stl", "--out", "grains", "--shape", "angular"];
+    let args = [&args[..], &["--unit-um", "1000", "--deviation", "0"]].concat();
+    place.write("s.stl", parted(&scan, 8e-7));
+    let (said, _) = place.run(&args, 0);
+    assert!(said.contains("corners that differ from another by rounding were joined"), "{said}");
+    assert!(said.contains("12800 of 12800 triangles"), "{said}");
+    let about = place.json("grains/s.json");
+    assert!(about["made_from"]["corners_joined"].as_u64().expect("a number") > 1000, "{about}");
+    let stated = about["diameter_um"].as_f64().expect("a number");
+    assert!((stated / (6.0 * scan.volume() / PI).cbrt() - 1.0).abs() < 1e-5, "{stated}");
+    // What is sound as it is has no remark.
+    place.write("s.stl", scan.binary_stl());
+    let (said, _) = place.run(&args, 0);
+    assert!(!said.contains("joined"), "{said}");
+    assert_eq!(place.json("grains/s.json")["made_from"]["corners_joined"], 0);
+    // Gaps wider than rounding stay open, and so does a hole beside parted corners.
+    place.write("s.stl", parted(&scan, 1e-3));
+    assert!(place.refused(&args, 3).contains("it is open"));
+    let mut holed = Scan::new();
+    holed.faces.pop();
+    place.write("s.stl", parted(&holed, 8e-7));
+    assert!(place.refused(&args, 3).contains("it is open"));
+}
+
 #[test]
 fn stl_files_are_read_as_programs_write_them() {
     let scan = Scan::new();

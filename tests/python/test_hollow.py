@@ -225,6 +225,24 @@ class Distance(unittest.TestCase):
             shift = 2 * (np.array([40.0, 40, 20]) - (38.75, 38.75, 20)) + (60, -deep, 0)
             self.assertAlmostEqual(self.gap(half, shift), -deep, delta=0.5)
 
+    def test_clumps_that_are_left_out_hold_no_nearer_point(self):
+        cores = [HollowCore(own_grains.normalised(body_of(scan(4, i)), 500)) for i in (1, 2)]
+        rng = np.random.default_rng(1)
+        near = 0
+        for _ in range(40):
+            turn = np.linalg.qr(rng.standard_normal((3, 3)))[0]
+            turn *= np.sign(np.linalg.det(turn))
+            along = rng.standard_normal(3)
+            one = cores[0]
+            two = cores[1].moved(turn, along / np.linalg.norm(along) * rng.uniform(380, 520))
+            points = two._on_edges.points @ two.turn.T + two.shift
+            every, found = one.gap_to_points(points, 15.0), one.gap_to_edges(two, 15.0)
+            self.assertEqual(np.isfinite(every), np.isfinite(found))
+            if np.isfinite(every):
+                self.assertAlmostEqual(found, every, places=4)
+                near += 1
+        self.assertGreater(near, 10)
+
     def test_far_ones_are_far(self):
         self.assertGreaterEqual(self.gap(None, (300, 0, 0), reach=20.0), 20.0)
 

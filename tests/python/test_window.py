@@ -189,6 +189,25 @@ class Window(unittest.TestCase):
         self.assertAlmostEqual(np.ptp(corners[:, 1]), np.ptp(corners[:, 2]), delta=0.02)
         bpy.ops.soilsig.check()
 
+    def test_a_traced_grain_gets_a_relief_if_it_is_asked_for(self):
+        self.image()
+        self.settings.pixels_per_um = 1 / sem_image.UM_PER_PIXEL
+        self.settings.hollows = True
+        bpy.ops.soilsig.from_silhouette()
+        plain = bpy.context.active_object
+        self.settings.relief = True
+        bpy.ops.soilsig.from_silhouette()
+        o = bpy.context.active_object
+        self.assertNotIn("relief_depth", json.loads(plain.soilsig.made_from))
+        about = json.loads(o.soilsig.made_from)
+        self.assertEqual(about["relief_depth"], 1)
+        self.assertGreaterEqual(about["overlap"], 0.95)
+        one, two = (np.array([v.co for v in x.data.vertices]) for x in (plain, o))
+        upper = one[:, 2] > 0.05
+        self.assertGreater(np.abs(one - two)[upper].max(), 0.01)
+        bpy.ops.soilsig.check()
+        self.assertIn("closed, outward", o.soilsig.report)
+
     def test_what_is_saved_is_what_the_scripts_read(self):
         o = self.shape("subangular", 640)
         o.name = "stone"

@@ -12,10 +12,8 @@ def between_cores(one, other, envelopes, reach):
     if envelopes >= reach:
         return envelopes
     if one.hollow and other.hollow:
-        return min(
-            one.hollow.gap_to_points(other.hollow.points, reach),
-            other.hollow.gap_to_points(one.hollow.points, reach),
-        )
+        gap = one.hollow.gap_to_edges(other.hollow, reach)
+        return min(gap, other.hollow.gap_to_edges(one.hollow, min(gap, reach)))
     hollow, convex = (one, other) if one.hollow else (other, one)
     middle = convex.core.corners[0].mean(axis=0)
     outer = np.linalg.norm(convex.core.corners[0] - middle, axis=1).max()

@@ -1,38 +1,56 @@
 """A hollow grain in its place, and how near other solids come to its true surface."""
 
-from functools import cached_property
-
 import numpy as np
 
-from ..common.neighbours import near
+from ..common.neighbours import clumps, near, ranges
 
 # Edges are looked at in points that are no further apart than this share of the extent.
 _SPACING = 0.01
 # So many of the envelope's planes are asked first.
 _FIRST = 8
+# Points are taken together in clumps: the side of one, as a share of the extent.
+_CLUMP = 0.05
+# Distances are those of single precision: what they may be wrong by, as a share of the extent.
+_ROUNDING = 1e-5
+# The clumps that may be nearest are measured so many at a time.
+_LOT = 16
+
+
+class _EdgePoints:
+    """Points on the corners and the edges of a body, in clumps with a sphere around each."""
+
+    def __init__(self, body):
+        extent = np.ptp(body.vertices, axis=0).max()
+        points = body.points_on_edges(_SPACING * extent)
+        order, self.start = clumps(points, _CLUMP * extent)
+        self.points = points[order]
+        self.end = np.append(self.start[1:], len(points))
+        low = np.minimum.reduceat(self.points, self.start)
+        high = np.maximum.reduceat(self.points, self.start)
+        self.middle = (low + high) / 2
+        away = self.points - np.repeat(self.middle, self.end - self.start, axis=0)
+        squares = np.maximum.reduceat(np.einsum("ij,ij->i", away, away), self.start)
+        self.radius = np.sqrt(squares) + _ROUNDING * extent
+
+    def of(self, some):
+        """The points of some of the clumps."""
+        return self.points[ranges(self.start[some], self.end[some])]
 
 
 class HollowCore:
     """The body in its own frame, with the pose that it has been given."""
 
-    def __init__(self, body, turn=None, shift=None, points=None):
+    def __init__(self, body, turn=None, shift=None, on_edges=None):
         self.body = body
         self.turn = np.eye(3) if turn is None else turn
         self.shift = np.zeros(3) if shift is None else shift
-        if points is None:
-            points = body.points_on_edges(_SPACING * np.ptp(body.vertices, axis=0).max())
-        self._points = points
+        self._on_edges = on_edges or _EdgePoints(body)
 
     def moved(self, turn, shift):
-        return HollowCore(self.body, turn @ self.turn, turn @ self.shift + shift, self._points)
-
-    @cached_property
-    def points(self):
-        """Points on the corners and the edges, in place."""
-        return self._points @ self.turn.T + self.shift
+        return HollowCore(self.body, turn @ self.turn, turn @ self.shift + shift, self._on_edges)
 
     def contains(self, points):
-        return self.body.contains((points - self.shift) @ self.turn)
+        return self.body.gaps((points - self.shift) @ self.turn, 0.0) < 0
 
     def gap_to_points(self, points, reach):
         """The least distance of points to the surface, negative inside; infinite beyond `reach`."""
@@ -50,6 +68,34 @@ class HollowCore:
             points = points[beyond.max(axis=1, initial=-np.inf) < reach]
         return float(self.body.gaps(np.unique(points, axis=0), reach).min(initial=np.inf))
 
+    def gap_to_edges(self, other, reach):
+        """The least gap to points on the edges of another core; infinite beyond `reach`.
+
+        A clump is left out if its middle is so far from the surface that no point of it is nearer
+        than the nearest found.
+        """
+        around, mine = self.body.envelope, other._on_edges
+        middle = (mine.middle @ other.turn.T + (other.shift - self.shift)) @ self.turn
+        # The plane that faces the other body most keeps nearly all of it away.
+        facing = np.argmax(around.normals @ middle.mean(axis=0))
+        height = middle @ around.normals[facing] - around.offsets[facing]
+        some = np.flatnonzero(height - mine.radius < reach)
+        beyond = middle[some] @ around.normals.T - around.offsets
+        some = some[beyond.max(axis=1, initial=-np.inf) - mine.radius[some] < reach]
+        if not len(some):
+            return np.inf
+        least = self.body.gaps(middle[some], reach + mine.radius[some].max()) - mine.radius[some]
+        order = np.argsort(least, kind="stable")
+        nearest = reach
+        for at in range(0, len(order), _LOT):
+            lot = order[at : at + _LOT]
+            lot = lot[least[lot] < nearest]
+            if not len(lot):
+                break
+            points = mine.of(some[lot]) @ other.turn.T + (other.shift - self.shift)
+            nearest = min(nearest, float(self.body.gaps(points @ self.turn, nearest).min()))
+        return nearest if nearest < reach else np.inf
+
     def gap_to_convex(self, solids, centre, outer, reach):
         """The least gap to some convex solids, each in a sphere about its centre."""
         if not len(centre):
@@ -64,7 +110,10 @@ class HollowCore:
         centre, outer, middle = centre[close], outer[close], middle[close]
         widest = outer.max() + reach
         low, high = middle.min(axis=0) - widest, middle.max(axis=0) + widest
-        points = self._points[((self._points > low) & (self._points < high)).all(axis=1)]
+        edges, wide = self._on_edges, self._on_edges.radius[:, None]
+        inside = (edges.middle > low - wide) & (edges.middle < high + wide)
+        points = edges.of(np.flatnonzero(inside.all(axis=1)))
+        points = points[((points > low) & (points < high)).all(axis=1)]
         points = points @ self.turn.T + self.shift
         at, solid = near(points, centre, widest)
         away = points[at] - centre[solid]

@@ -116,7 +116,8 @@ class HollowBody:
 
     def gaps(self, points, reach):
         """From points to the surface, negative inside; outside infinite beyond `reach`."""
-        within = depth_below(self.envelope, points) > 0
+        around = self.envelope
+        within = (points @ around.normals.T - around.offsets).max(axis=1, initial=-np.inf) < 0
         gaps = np.empty(len(points))
         gaps[~within] = self.distances(points[~within], reach)
         at = np.flatnonzero(within)
@@ -129,7 +130,7 @@ class HollowBody:
         along = np.einsum("ij,ij->i", away, self.normals[list(triangle)])
         inside = along < 0
         unsure = np.flatnonzero(np.abs(along) < _UPRIGHT * gaps[at])
-        inside[unsure] = self.contains(points[at[unsure]])
+        inside[unsure] = self._encloses(points[at[unsure]])
         gaps[at[inside]] *= -1
         return gaps
 
@@ -145,10 +146,16 @@ class HollowBody:
         """Whether points are inside."""
         inside = np.zeros(len(points), bool)
         within = depth_below(self.envelope, points) > 0
-        for at in np.flatnonzero(within).tolist():
-            one, two = (self._odd(points[at].tolist(), ray) for ray in _RAYS[:2])
-            inside[at] = one if one == two else self._odd(points[at].tolist(), _RAYS[2])
+        inside[within] = self._encloses(points[within])
         return inside
+
+    def _encloses(self, points):
+        """The same for points within the envelope."""
+        inside = []
+        for point in points.tolist():
+            one, two = (self._odd(point, ray) for ray in _RAYS[:2])
+            inside.append(one if one == two else self._odd(point, _RAYS[2]))
+        return np.array(inside, bool)
 
     def _odd(self, point, along):
         """Whether a ray from a point meets an odd number of triangles."""

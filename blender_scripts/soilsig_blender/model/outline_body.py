@@ -31,6 +31,8 @@ _ROUNDS = 6
 # Fractures that face the rim of the first outline more than this (z of the normal) are left out.
 _STEEP = 0.35
 _MORE = 6
+# Steps along a direction in which a relief is looked for.
+_PARTS = 200
 # Two images of one grain have the same breadth along the axis of the tilt, to this share.
 _FIT = 0.05
 # Heights that are tried where a tilted image tells it, as shares of the breadth.
@@ -47,11 +49,12 @@ class View:
     tilt: float  # radians
 
 
-def model(views, thickness, shape, rng):
+def model(views, thickness, shape, rng, shading=None, depth=0.0):
     """A body, micrometres, about the middle of the first outline, and its overlap with each image.
 
     The first view is not tilted. Without others `thickness` is the height as a share of the
-    outline's breadth.
+    outline's breadth. With its `Shading` the upper side has a relief in place of fractures, so many
+    times as deep as slopes tell; negative for a dish.
     """
     directions, triangles = sphere(_HALVINGS)
     seen = [_Seen(view, directions) for view in views]
@@ -83,12 +86,19 @@ def model(views, thickness, shape, rng):
     whole = inflated(thickness)
     fans, _ = fractures(replace(shape, fractures=shape.fractures + _MORE), rng)
     fans = fans[np.abs(fans[:, 2]) > _STEEP]
+    if shading:
+        half = thickness * seen[0].least_breadth / 2
+        upper = directions[:, 2] > 0
+        whole[upper] = seen[0].relief(shading, depth, half, directions[upper], within[upper])
+        fans = fans[fans[:, 2] < 0]
     deeper = rng.random(len(fans))
     for fraction in _CUT / 2 ** np.arange(_ROUNDS):
         along = directions @ fans.T
         planes = (along * whole[:, None]).max(axis=0) * (1 - fraction * deeper)
         with np.errstate(divide="ignore"):
             cut = np.where(along > 0, planes / along, np.inf).min(axis=1)
+        if shading:
+            cut = np.where(directions[:, 2] < 0, cut, np.inf)
         reach = np.minimum(whole, cut)
         reached = overlaps(reach)
         if min(reached) >= _ENOUGH:
@@ -122,9 +132,7 @@ class _Seen:
         self.turn = np.array([(1, 0, 0), (0, c, -s), (0, s, c)])
         turned = directions @ self.turn.T
         flat = np.hypot(turned[:, 0], turned[:, 1])
-        angle = np.arctan2(turned[:, 1], turned[:, 0])
-        turns = np.linspace(-np.pi, np.pi, _TURNS + 1)
-        across = np.maximum(np.interp(angle, turns, self._reaches(turns)), 0.5)
+        across = self._rim(turned[:, 0], turned[:, 1])
         # How far along each direction the outline is reached.
         self.reach = across * view.um_per_pixel / np.maximum(flat, 1e-9)
 
@@ -139,6 +147,31 @@ class _Seen:
         left = ~(there & self.mask[y, x])
         left[:, -1] = True
         return away[np.argmax(left, axis=1)]
+
+    def relief(self, shading, depth, half, directions, most):
+        """How far the body reaches along upward directions to the shading's relief, um."""
+        y, x = (axis + 0.5 for axis in np.mgrid[: self.mask.shape[0], : self.mask.shape[1]])
+        x, y = x - self.middle[0], y - self.middle[1]
+        scale = self.view.um_per_pixel
+        share = np.hypot(x, y) / self._rim(x, y)
+        heights = shading.heights(half / scale * np.sqrt(np.maximum(1 - share**2, 0)), depth)
+        # Along each direction the surface is where the way first comes out of it.
+        most = np.minimum(most, 2 * half / np.maximum(directions[:, 2], 1e-9))
+        way = np.linspace(0, 1, _PARTS) * most[:, None] / scale
+        x, y, z = (way * directions[:, axis, None] for axis in range(3))
+        above = z - heights(x + self.middle[0], y + self.middle[1])
+        above[:, 0] = np.minimum(above[:, 0], -1e-6)
+        above[:, -1] = np.maximum(above[:, -1], 1e-6)
+        at, first = np.arange(len(way)), np.argmax(above > 0, axis=1)
+        low, high = above[at, first - 1], above[at, first]
+        share = low / (low - high)
+        found = way[at, first - 1] + share * (way[at, first] - way[at, first - 1])
+        return np.maximum(found, 0.5) * scale
+
+    def _rim(self, x, y):
+        """Pixels from the middle to the outline towards places."""
+        turns = np.linspace(-np.pi, np.pi, _TURNS + 1)
+        return np.maximum(np.interp(np.arctan2(y, x), turns, self._reaches(turns)), 0.5)
 
     def overlap(self, body):
         corners = body.vertices @ self.turn.T

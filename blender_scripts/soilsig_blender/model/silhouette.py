@@ -44,9 +44,9 @@ def trace(grey, threshold=None, leave_out_below=0) -> Silhouette:
     seen = grey[leave_out_below:]
     if seen.shape[0] < 16 or seen.shape[1] < 16:
         raise BedError("scene", "less than 16 pixels of the image are left", "lower the legend")
-    blurred = _blurred(seen, _BLUR * grey.shape[0])
-    level = otsu(blurred) if threshold is None else threshold
-    patch = _largest(blurred > level)
+    smooth = blurred(seen, _BLUR * grey.shape[0])
+    level = otsu(smooth) if threshold is None else threshold
+    patch = _largest(smooth > level)
     if patch.mean() < _LEAST_SHARE:
         raise BedError(
             "scene",
@@ -94,7 +94,7 @@ def _filled(shape, corners):
     return inside
 
 
-def _blurred(grey, deviation):
+def blurred(grey, deviation):
     reach = max(1, round(3 * deviation))
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / max(deviation, 1e-9)) ** 2)
     weights /= weights.sum()
