@@ -154,7 +154,7 @@ pub(crate) struct Bed {
 /// everything in the cache does not.
 enum Read {
     Nothing,
-    Bytes(Sources),
+    Bytes(Box<Sources>),
     Whole(Arc<Tracer>),
 }
 
@@ -189,7 +189,7 @@ impl Bed {
     /// The bytes of its meshes.
     fn bytes<'a>(&self, read: &'a mut Read) -> Result<&'a Sources, Error> {
         if !matches!(read, Read::Bytes(_)) {
-            *read = Read::Bytes(Sources::read(&self.prepared.scene)?);
+            *read = Read::Bytes(Box::new(Sources::read(&self.prepared.scene)?));
         }
         let Read::Bytes(sources) = read else { unreachable!("they were read") };
         Ok(sources)
@@ -256,7 +256,7 @@ impl<'a> Run<'a> {
                 for file in sources.files().keys() {
                     self.folder.reads(file)?;
                 }
-                let read = Mutex::new(Read::Bytes(sources));
+                let read = Mutex::new(Read::Bytes(Box::new(sources)));
                 self.traced(vec![Bed { read, ..Bed::new(prepared) }])?
             }
         };

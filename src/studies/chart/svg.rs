@@ -106,10 +106,11 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
             svg.circle((px, py), 3.6, &style);
         }
     };
+    let places: Vec<Point> = trade.settings.iter().map(at).collect();
     for (letter, of) in letters().zip(&singles) {
         for setting in of_level(of) {
             point(svg, setting, GREY);
-            let place = beside_point(at(setting), trade.settings.iter().map(at));
+            let place = beside_point(at(setting), &places);
             let ink = format!("fill='{GREY}'");
             svg.styled_text(place, Anchor::Middle, NOTE_SIZE, &letter.to_string(), &ink);
         }
@@ -134,10 +135,11 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
 }
 
 /// Where a letter stands beside a point: on the side that is farthest from other points.
-fn beside_point((x, y): Point, others: impl Iterator<Item = Point> + Clone) -> Point {
+fn beside_point((x, y): Point, all: &[Point]) -> Point {
     let room = |&(left, down): &Point| {
         let distance = |(px, py): Point| (px - x - left).hypot(py - y - down);
-        others.clone().filter(|&other| other != (x, y)).map(distance).fold(f64::INFINITY, f64::min)
+        let others = all.iter().copied().filter(|&other| other != (x, y));
+        others.map(distance).fold(f64::INFINITY, f64::min)
     };
     let sides = [(9.0, 0.0), (-9.0, 0.0), (0.0, -10.0), (0.0, 10.0)];
     let side = sides.into_iter().max_by(|a, b| room(a).total_cmp(&room(b)));
