@@ -101,8 +101,12 @@ pub fn attributes(table: &Table) -> (Vec<(&'static str, String)>, Vec<(&'static 
 fn begun(table: &Table) -> NetCdf {
     let mut file = NetCdf::default();
     let (texts, numbers) = attributes(table);
-    texts.iter().for_each(|(key, text)| file.text(key, text));
-    numbers.iter().for_each(|(key, number)| file.number(key, *number));
+    for (key, text) in &texts {
+        file.text(key, text);
+    }
+    for (key, number) in &numbers {
+        file.number(key, *number);
+    }
     file
 }
 
