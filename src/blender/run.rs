@@ -147,6 +147,8 @@ impl Scratch {
             command.args(["--background", "--factory-startup", "-noaudio"]);
         }
         self.add_script(&mut command, kind, script);
+        // Newer Blenders keep files there, else in the user's home.
+        command.env("BLENDER_USER_RESOURCES", self.0.path());
         command
     }
 

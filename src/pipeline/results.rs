@@ -23,19 +23,22 @@ use crate::table::{Prepared, Table};
 use crate::tracer::trace::{self, Request};
 
 impl<'a> Run<'a> {
-    /// Traces beds whose number was given. Meanwhile the first is drawn: neither fills all threads.
+    /// Traces beds whose number was given. Meanwhile the first is drawn, unless it was drawn before:
+    /// neither fills all threads.
     pub(super) fn traced(&mut self, beds: Vec<Bed>) -> Result<Dropped, Error> {
-        if rayon::current_num_threads() == 1 {
-            // The pen would hold the bed and wait for the thread that waits for the bed.
-            let tables = self.trace(&beds, false)?;
-            return Ok(Dropped { beds, tables, plan: None, refused: Vec::new(), pictures: None });
-        }
         let pen = self.pen(&beds[0]);
-        let (tables, pictures) = std::thread::scope(|scope| {
-            let pictures = scope.spawn(|| pen.draw());
-            (self.trace(&beds, false), pictures.join().expect("no panic"))
-        });
-        let (tables, pictures) = (tables?, Some(pictures?));
+        let (tables, pictures) = if pen.has_drawn()? {
+            (self.trace(&beds, false), None)
+        } else {
+            // Made here: if one of the two made it, a thread that both need might wait for it.
+            beds[0].tracer()?;
+            std::thread::scope(|scope| {
+                let pictures = scope.spawn(|| pen.draw());
+                let tables = self.trace(&beds, false);
+                (tables, Some(pictures.join().expect("no panic")))
+            })
+        };
+        let (tables, pictures) = (tables?, pictures.transpose()?);
         Ok(Dropped { beds, tables, plan: None, refused: Vec::new(), pictures })
     }
 
@@ -183,6 +186,12 @@ struct Pen<'a> {
 }
 
 impl Pen<'_> {
+    /// Whether the view is in the cache.
+    fn has_drawn(&self) -> Result<bool, Error> {
+        let made_from = (program(), &self.bed.sha256()?);
+        Ok(self.cache.look("picture", &made_from)?.is_some())
+    }
+
     fn draw(&self) -> Result<Pictures, Error> {
         let Self { bed, monitor, .. } = *self;
         let (scene, sum) = (&bed.prepared.scene, bed.sha256()?);

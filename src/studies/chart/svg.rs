@@ -37,20 +37,20 @@ pub(crate) fn trade_svg(trade: &Trade, tolerance: f64, machine: &str) -> Result<
     let mut levels: Vec<(String, bool)> = trade.settings.iter().map(level).collect();
     let mut known = HashSet::new();
     levels.retain(|level| known.insert(level.clone()));
-    // Points that stand alone are grey and have letters: as many colours could not be told apart.
+    // Points of ours that stand alone are grey with letters: so many colours cannot be told apart.
     let of_level = |of: &(String, bool)| {
         let of = of.clone();
         trade.settings.iter().filter(move |s| level(s) == of)
     };
     let (singles, levels): (Vec<_>, Vec<_>) =
-        levels.into_iter().partition(|of| of_level(of).count() == 1);
+        levels.into_iter().partition(|of| !of.1 && of_level(of).count() == 1);
     let letters = || ('a'..='z').cycle();
     let named: Vec<String> =
         letters().zip(&singles).map(|(letter, (name, _))| format!("{letter} {name}")).collect();
     let floor = trade.reference.worst_floor();
     let fewest = trade.settings.iter().map(|s| s.repeats).min().ok_or(PlotError::Empty)?;
     let target = tolerance / quantile_of(fewest as f64);
-    let beside = levels.iter().chain(&singles).any(|(_, elsewhere)| *elsewhere);
+    let beside = levels.iter().any(|(_, elsewhere)| *elsewhere);
     let caption = [
         format!(
             "Points: root mean square error in the worst band over at least {fewest} runs, against \
