@@ -227,7 +227,7 @@ impl<'a> Run<'a> {
         self.folder.keeps_inputs(&result::EVERY)?;
         let rays = self.folder.key("rays");
         self.folder.record.seeds.insert(rays, scene.seed);
-        let Dropped { beds, tables, plan, refused, pictures } = match &scene.geometry {
+        let Dropped { beds, tables, plan, refused } = match &scene.geometry {
             SceneGeometry::Packing(packing) => {
                 if let Some(soil) = scene.soil_shares() {
                     self.folder.monitor.say(&soil.line());
@@ -263,7 +263,7 @@ impl<'a> Run<'a> {
         let mut report = self.signature(&scene, &tables, plan)?;
         report.reached.refused = refused;
         report.reached.soil = self.soil(&scene, &beds)?;
-        self.picture(&beds[0], pictures)?;
+        self.picture(&beds[0])?;
         self.folder.record.reached.insert(scene.name.clone(), report.reached.clone());
         let told = Told { scene: scene.name.clone(), tables, report };
         self.page(&scene, &told)?;

@@ -1,7 +1,6 @@
 //! A planned run: beds until the total is within the tolerance.
 
 use super::bring::{Kept, Lot};
-use super::results::Pictures;
 use super::{Bed, Run};
 use crate::beds::Failed;
 use crate::beds::own_grains::OwnGrains;
@@ -30,8 +29,6 @@ pub(super) struct Dropped {
     pub(super) plan: Option<Plan>,
     /// Why Blender refused beds for which others stand.
     pub(super) refused: Vec<String>,
-    /// The pictures of the first bed, if they were drawn meanwhile.
-    pub(super) pictures: Option<Pictures>,
 }
 
 /// Of so many beds one may be refused, and another stands for it. Of more the recipe is at fault.
@@ -67,7 +64,7 @@ impl Run<'_> {
                     self.folder.monitor.say(&format!("plan: {told}"));
                 }
                 let refused = chosen.refused;
-                return Ok(Dropped { beds, tables, plan: Some(plan), refused, pictures: None });
+                return Ok(Dropped { beds, tables, plan: Some(plan), refused });
             }
             self.clock(&mut pace, begun, rounds(before, now));
             let time = report::duration((pace.drop + pace.trace) * rounds(now, plan.next));

@@ -23,23 +23,10 @@ use crate::table::{Prepared, Table};
 use crate::tracer::trace::{self, Request};
 
 impl<'a> Run<'a> {
-    /// Traces beds whose number was given. Meanwhile the first is drawn, unless it was drawn before:
-    /// neither fills all threads.
+    /// Traces beds whose number was given.
     pub(super) fn traced(&mut self, beds: Vec<Bed>) -> Result<Dropped, Error> {
-        let pen = self.pen(&beds[0]);
-        let (tables, pictures) = if pen.has_drawn()? {
-            (self.trace(&beds, false), None)
-        } else {
-            // Made here: if one of the two made it, a thread that both need might wait for it.
-            beds[0].tracer()?;
-            std::thread::scope(|scope| {
-                let pictures = scope.spawn(|| pen.draw());
-                let tables = self.trace(&beds, false);
-                (tables, Some(pictures.join().expect("no panic")))
-            })
-        };
-        let (tables, pictures) = (tables?, pictures.transpose()?);
-        Ok(Dropped { beds, tables, plan: None, refused: Vec::new(), pictures })
+        let tables = self.trace(&beds, false)?;
+        Ok(Dropped { beds, tables, plan: None, refused: Vec::new() })
     }
 
     /// Traces every packing into a table of its own.
@@ -108,13 +95,10 @@ impl<'a> Run<'a> {
         Ok(report)
     }
 
-    /// Puts the pictures of the first bed into their places; draws them if nobody has.
-    pub(super) fn picture(&mut self, bed: &Bed, drawn: Option<Pictures>) -> Result<(), Error> {
+    /// Draws the sensor's view of the first packing and, where it was recorded, its drop.
+    pub(super) fn picture(&mut self, bed: &Bed) -> Result<(), Error> {
         let step = self.folder.begin("picture");
-        let Pictures { view, drop } = match drawn {
-            Some(drawn) => drawn,
-            None => self.pen(bed).draw()?,
-        };
+        let Pictures { view, drop } = self.pen(bed).draw()?;
         for file in [page::PATCH, page::LIGHT] {
             self.folder.copy(&view.folder.join(file), file)?;
         }
@@ -169,14 +153,14 @@ impl<'a> Run<'a> {
 }
 
 /// The pictures of a bed, in the cache.
-pub(super) struct Pictures {
+struct Pictures {
     /// As the sensor sees it.
     view: Made,
     /// From the release to the rest, where the drop was recorded.
     drop: Option<Made>,
 }
 
-/// Draws a bed, in a thread of its own if need be.
+/// Draws a bed.
 struct Pen<'a> {
     bed: &'a Bed,
     /// Whether its drop was recorded.
@@ -186,12 +170,6 @@ struct Pen<'a> {
 }
 
 impl Pen<'_> {
-    /// Whether the view is in the cache.
-    fn has_drawn(&self) -> Result<bool, Error> {
-        let made_from = (program(), &self.bed.sha256()?);
-        Ok(self.cache.look("picture", &made_from)?.is_some())
-    }
-
     fn draw(&self) -> Result<Pictures, Error> {
         let Self { bed, monitor, .. } = *self;
         let (scene, sum) = (&bed.prepared.scene, bed.sha256()?);
