@@ -13,7 +13,6 @@ mod results;
 mod soil;
 
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::SystemTime;
 
 use sha2::{Digest, Sha256};
@@ -147,61 +146,41 @@ pub(crate) struct Bed {
     prepared: Prepared,
     /// Its folder below that of the scene's result; empty, or ends with a slash.
     below: String,
-    read: Mutex<Read>,
-}
-
-/// What is there of a bed's meshes. They are loaded when a stage needs them: a run that finds
-/// everything in the cache does not.
-enum Read {
-    Nothing,
-    Bytes(Box<Sources>),
-    Whole(Arc<Tracer>),
+    /// The bytes of its meshes, once they are read.
+    sources: Option<Sources>,
+    /// Loaded when a stage needs it: a run that finds everything in the cache does not.
+    tracer: Option<Tracer>,
 }
 
 impl Bed {
     /// A bed whose files are read when they are needed.
     pub(crate) fn new(prepared: Prepared) -> Self {
-        Self { prepared, below: String::new(), read: Mutex::new(Read::Nothing) }
-    }
-
-    /// SHA-256 of its scene file and meshes.
-    fn sha256(&self) -> Result<String, Error> {
-        let mut read = self.read();
-        if let Read::Whole(tracer) = &*read
-            && let Some(sum) = tracer.scene_sha256()
-        {
-            return Ok(sum.to_owned());
-        }
-        Ok(self.bytes(&mut read)?.sha256()?)
-    }
-
-    /// Its tracer, made if it is not there.
-    fn tracer(&self) -> Result<Arc<Tracer>, Error> {
-        let mut read = self.read();
-        if let Read::Whole(tracer) = &*read {
-            return Ok(Arc::clone(tracer));
-        }
-        let tracer = Arc::new(Tracer::of(self.bytes(&mut read)?)?);
-        *read = Read::Whole(Arc::clone(&tracer));
-        Ok(tracer)
+        Self { prepared, below: String::new(), sources: None, tracer: None }
     }
 
     /// The bytes of its meshes.
-    fn bytes<'a>(&self, read: &'a mut Read) -> Result<&'a Sources, Error> {
-        if !matches!(read, Read::Bytes(_)) {
-            *read = Read::Bytes(Box::new(Sources::read(&self.prepared.scene)?));
+    fn sources(&mut self) -> Result<&Sources, Error> {
+        if self.sources.is_none() {
+            self.sources = Some(Sources::read(&self.prepared.scene)?);
         }
-        let Read::Bytes(sources) = read else { unreachable!("they were read") };
-        Ok(sources)
+        Ok(self.sources.as_ref().expect("they were read"))
     }
 
-    /// Frees its meshes.
-    fn close(&self) {
-        *self.read() = Read::Nothing;
+    /// SHA-256 of its scene file and meshes.
+    fn sha256(&mut self) -> Result<String, Error> {
+        match self.tracer.as_ref().and_then(Tracer::scene_sha256) {
+            Some(sum) => Ok(sum.to_owned()),
+            None => Ok(self.sources()?.sha256()?),
+        }
     }
 
-    fn read(&self) -> MutexGuard<'_, Read> {
-        self.read.lock().expect("no thread panics with it")
+    /// Its tracer, made if it is not there.
+    fn tracer(&mut self) -> Result<&Tracer, Error> {
+        if self.tracer.is_none() {
+            self.tracer = Some(Tracer::of(self.sources()?)?);
+            self.sources = None;
+        }
+        Ok(self.tracer.as_ref().expect("it was made"))
     }
 }
 
@@ -227,7 +206,7 @@ impl<'a> Run<'a> {
         self.folder.keeps_inputs(&result::EVERY)?;
         let rays = self.folder.key("rays");
         self.folder.record.seeds.insert(rays, scene.seed);
-        let Dropped { beds, tables, plan, refused } = match &scene.geometry {
+        let Dropped { mut beds, tables, plan, refused } = match &scene.geometry {
             SceneGeometry::Packing(packing) => {
                 if let Some(soil) = scene.soil_shares() {
                     self.folder.monitor.say(&soil.line());
@@ -238,8 +217,9 @@ impl<'a> Run<'a> {
                     HowMany::Planned(_) => self.planned(&prepared, packing, library.as_ref())?,
                     HowMany::Number(number) => {
                         let lot = bring::lot(number);
-                        let beds = self.drop(&prepared, packing, library.as_ref(), &lot)?;
-                        self.traced(beds)?
+                        let mut beds = self.drop(&prepared, packing, library.as_ref(), &lot)?;
+                        let tables = self.trace(&mut beds, false)?;
+                        Dropped::of(beds, tables)
                     }
                 }
             }
@@ -256,14 +236,16 @@ impl<'a> Run<'a> {
                 for file in sources.files().keys() {
                     self.folder.reads(file)?;
                 }
-                let read = Mutex::new(Read::Bytes(Box::new(sources)));
-                self.traced(vec![Bed { read, ..Bed::new(prepared) }])?
+                let (below, sources) = (String::new(), Some(sources));
+                let mut beds = vec![Bed { prepared, below, sources, tracer: None }];
+                let tables = self.trace(&mut beds, false)?;
+                Dropped::of(beds, tables)
             }
         };
         let mut report = self.signature(&scene, &tables, plan)?;
         report.reached.refused = refused;
         report.reached.soil = self.soil(&scene, &beds)?;
-        self.picture(&beds[0])?;
+        self.picture(&mut beds[0], &tables[0])?;
         self.folder.record.reached.insert(scene.name.clone(), report.reached.clone());
         let told = Told { scene: scene.name.clone(), tables, report };
         self.page(&scene, &told)?;

@@ -31,6 +31,13 @@ pub(super) struct Dropped {
     pub(super) refused: Vec<String>,
 }
 
+impl Dropped {
+    /// Of a run whose number of beds was given.
+    pub(super) fn of(beds: Vec<Bed>, tables: Vec<Table>) -> Self {
+        Self { beds, tables, plan: None, refused: Vec::new() }
+    }
+}
+
 /// Of so many beds one may be refused, and another stands for it. Of more the recipe is at fault.
 const FOR_A_REFUSED: usize = 20;
 
@@ -55,16 +62,15 @@ impl Run<'_> {
         loop {
             let begun = self.folder.record.stages.len();
             chosen.grow(now);
-            let beds = self.drop_chosen(prepared, packing, library, &mut chosen)?;
-            let tables = self.trace(&beds, true)?;
+            let mut beds = self.drop_chosen(prepared, packing, library, &mut chosen)?;
+            let tables = self.trace(&mut beds, true)?;
             let plan = self.plan_of(&tables, &prepared.wavelengths_um, keeps_apart)?;
             let told = report::plan(&plan, tolerance);
             if plan.is_done() {
                 if now.drops > 1 {
                     self.folder.monitor.say(&format!("plan: {told}"));
                 }
-                let refused = chosen.refused;
-                return Ok(Dropped { beds, tables, plan: Some(plan), refused });
+                return Ok(Dropped { beds, tables, plan: Some(plan), refused: chosen.refused });
             }
             self.clock(&mut pace, begun, rounds(before, now));
             let time = report::duration((pace.drop + pace.trace) * rounds(now, plan.next));

@@ -7,7 +7,6 @@ use rayon::prelude::*;
 
 use super::folder::Folder;
 use super::page::{self, Told};
-use super::planned::Dropped;
 use super::{Bed, Run};
 use crate::draw::picture;
 use crate::draw::plot::{self, Chart};
@@ -22,15 +21,13 @@ use crate::support::monitor::Monitor;
 use crate::table::{Prepared, Table};
 use crate::tracer::trace::{self, Request};
 
-impl<'a> Run<'a> {
-    /// Traces beds whose number was given.
-    pub(super) fn traced(&mut self, beds: Vec<Bed>) -> Result<Dropped, Error> {
-        let tables = self.trace(&beds, false)?;
-        Ok(Dropped { beds, tables, plan: None, refused: Vec::new() })
-    }
-
+impl Run<'_> {
     /// Traces every packing into a table of its own.
-    pub(super) fn trace(&mut self, beds: &[Bed], is_planned: bool) -> Result<Vec<Table>, Error> {
+    pub(super) fn trace(
+        &mut self,
+        beds: &mut [Bed],
+        is_planned: bool,
+    ) -> Result<Vec<Table>, Error> {
         let step = self.folder.begin("trace");
         let refracts = beds.iter().any(|bed| bed.prepared.nodes.is_some());
         let target = self.options.target(beds.len(), is_planned, refracts);
@@ -38,7 +35,7 @@ impl<'a> Run<'a> {
         let monitor = self.folder.monitor;
         // Side by side, since one thread does much of reading a bed.
         let made: Vec<Made> = beds
-            .par_iter()
+            .par_iter_mut()
             .enumerate()
             .map(|(i, bed)| {
                 let what = if number == 1 { "paths".into() } else { format!("packing {}", i + 1) };
@@ -49,7 +46,7 @@ impl<'a> Run<'a> {
                 )?;
                 if i > 0 {
                     // Only the first bed is needed again, for its picture.
-                    bed.close();
+                    (bed.sources, bed.tracer) = (None, None);
                 }
                 Ok(made)
             })
@@ -96,28 +93,32 @@ impl<'a> Run<'a> {
     }
 
     /// Draws the sensor's view of the first packing and, where it was recorded, its drop.
-    pub(super) fn picture(&mut self, bed: &Bed) -> Result<(), Error> {
+    pub(super) fn picture(&mut self, bed: &mut Bed, table: &Table) -> Result<(), Error> {
         let step = self.folder.begin("picture");
-        let Pictures { view, drop } = self.pen(bed).draw()?;
+        let made_from = (program(), &table.scene_sha256);
+        let scene = bed.prepared.scene.clone();
+        let monitor = self.folder.monitor;
+        let made = self.cache.stage("picture", &made_from, |folder| {
+            let bed = bed.tracer()?.bed();
+            let files = [page::PATCH, page::LIGHT].map(|file| folder.join(file));
+            picture::sensor_view(&scene, bed, [&files[0], &files[1]], monitor)
+        })?;
+        let mut cached = made.cached;
         for file in [page::PATCH, page::LIGHT] {
-            self.folder.copy(&view.folder.join(file), file)?;
+            self.folder.copy(&made.folder.join(file), file)?;
         }
-        let mut cached = view.cached;
-        if let Some(drop) = drop {
-            cached &= drop.cached;
-            self.folder.copy(&drop.folder.join(page::DROP), page::DROP)?;
+        let frames = self.folder.key(&format!("{}frames.json", bed.below));
+        if self.folder.record.outputs.contains_key(&frames) {
+            let made_from = (program(), &table.scene_sha256, "drop");
+            let made = self.cache.stage("picture", &made_from, |folder| {
+                let bed = bed.tracer()?.bed();
+                picture::small_drop(&scene, bed, &folder.join(page::DROP), monitor)
+            })?;
+            cached &= made.cached;
+            self.folder.copy(&made.folder.join(page::DROP), page::DROP)?;
         }
         self.folder.end("picture", step, "", cached);
         Ok(())
-    }
-
-    fn pen<'b>(&self, bed: &'b Bed) -> Pen<'b>
-    where
-        'a: 'b,
-    {
-        let frames = self.folder.key(&format!("{}frames.json", bed.below));
-        let is_recorded = self.folder.record.outputs.contains_key(&frames);
-        Pen { bed, is_recorded, cache: self.cache, monitor: self.folder.monitor }
     }
 
     /// Writes the page of a scene's result.
@@ -152,45 +153,10 @@ impl<'a> Run<'a> {
     }
 }
 
-/// The pictures of a bed, in the cache.
-struct Pictures {
-    /// As the sensor sees it.
-    view: Made,
-    /// From the release to the rest, where the drop was recorded.
-    drop: Option<Made>,
-}
-
-/// Draws a bed.
-struct Pen<'a> {
-    bed: &'a Bed,
-    /// Whether its drop was recorded.
-    is_recorded: bool,
-    cache: &'a Cache,
-    monitor: &'a dyn Monitor,
-}
-
-impl Pen<'_> {
-    fn draw(&self) -> Result<Pictures, Error> {
-        let Self { bed, monitor, .. } = *self;
-        let (scene, sum) = (&bed.prepared.scene, bed.sha256()?);
-        let view = self.cache.stage("picture", &(program(), &sum), |folder| {
-            let files = [page::PATCH, page::LIGHT].map(|file| folder.join(file));
-            picture::sensor_view(scene, bed.tracer()?.bed(), [&files[0], &files[1]], monitor)
-        })?;
-        let drop = self.is_recorded.then(|| {
-            self.cache.stage("picture", &(program(), &sum, "drop"), |folder| {
-                let file = folder.join(page::DROP);
-                picture::small_drop(scene, bed.tracer()?.bed(), &file, monitor)
-            })
-        });
-        Ok(Pictures { view, drop: drop.transpose()? })
-    }
-}
-
 impl Bed {
     /// Its bounce table, traced or from the cache.
     pub(crate) fn table(
-        &self,
+        &mut self,
         request: Request,
         cache: &Cache,
         monitor: &dyn Monitor,
@@ -201,7 +167,7 @@ impl Bed {
         let Request { grid, target, .. } = request;
         let made_from = (program(), &sum, scene.seed, &materials[..], &**air, grid, &target);
         cache.stage("trace", &made_from, |folder| {
-            let table = trace::trace(&*self.tracer()?, &prepared, request, monitor)?;
+            let table = trace::trace(self.tracer()?, &prepared, request, monitor)?;
             Ok(table.write(&folder.join(TABLE))?)
         })
     }
